@@ -212,8 +212,9 @@ def start_strokes(
     together, repeated = np.zeros(count, np.bool_), np.zeros(count, np.bool_)
     solved = np.flatnonzero(mapped.number == SOLVED)
     if len(solved):
-        asked = Strokes(model, *vectors_of(strokes[solved]), centre, around)
-        struck = strike_batch(asked, tolerance, problem.table, others)
+        vectors = vectors_of(strokes[solved])
+        asked = Strokes(model, *vectors, centre, around, table=problem.table, others=others)
+        struck = strike_batch(asked, tolerance)
         done = struck.cues
         for name in ('position', 'velocity', 'spin', 'first_contact'):
             starts[name][solved] = struck.balls[name]

@@ -114,7 +114,7 @@ def write_motion(stroke: Floats, mapped: Mapped, cell: int, motion: Floats) -> N
 
 def _example(storage: Storage) -> tuple[Any, ...]:
     zeros, numbers = storage.zeros, storage.array(np.zeros(1, np.int64))
-    around = NOTHING_AROUND._replace(balls=storage.array(NOTHING_AROUND.balls))
+    around = NOTHING_AROUND.stored(storage)
     return (
         Ground(EXAMPLE_MODEL, around, zeros(3)),
         zeros(1, 5),
@@ -176,11 +176,7 @@ def start_mapped(
     """
     run = write_starts.current()
     storage, array, zeros = run.storage, run.storage.array, run.storage.zeros
-    ground = Ground(
-        ground.model,
-        ground.around._replace(balls=array(ground.around.balls)),
-        array(ground.place),
-    )
+    ground = Ground(ground.model, ground.around.stored(storage), array(ground.place))
     begun = Begun(
         storage.from_rows(BallStart, starts.reshape(-1)),
         storage.from_rows(CueRecord, cues),

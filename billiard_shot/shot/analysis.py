@@ -4,16 +4,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.scene import Scene
-from billiard_shot.shot.clearance import surroundings_of
 from billiard_shot.shot.effects import Effect, GATES, model_of, ShotContext
-from billiard_shot.shot.on_table import others_in
+from billiard_shot.shot.on_table import strokes_in
 from billiard_shot.shot.play import play_many
 from billiard_shot.shot.predict import predict
 from billiard_shot.shot.shot import Shot
-from billiard_shot.shot.strike import Strokes
 from billiard_shot.shot.stroke import stroke_at
 from billiard_shot.status import Status
-from billiard_shot.table.effects import report, table_on
+from billiard_shot.table.effects import report
 
 DIFFERENCE_STEP = 1e-4  # in radii, radians and parts of the speed
 ANALYSIS_TOLERANCE = 1e-9  # m
@@ -54,9 +52,8 @@ def sensitivity_of(shot: Shot) -> NDArray[np.float64]:
     changes = np.vstack([np.zeros(5), np.diag(steps), -np.diag(steps)])
     near = [stroke_at(*(base + change)) for change in changes]
     normals, velocities = np.array([s.normal for s in near]), np.array([s.velocity for s in near])
-    scene = shot.scene
-    strokes = Strokes(model, normals, velocities, shot.position, surroundings_of(scene))
-    ends = play_many(strokes, table_on(scene), others_in(scene), ANALYSIS_TOLERANCE)
+    strokes = strokes_in(shot.scene, normals, velocities, shot.position)
+    ends = play_many(strokes, ANALYSIS_TOLERANCE)
     played, places = ends.status < Status.MISS, ends.run.balls['position'][:, 0]
     rest = np.where(played[:, np.newaxis], places, places[0])[:, :2]
     reach = np.where(played, np.concatenate([[0.0], steps, -steps]), 0.0)

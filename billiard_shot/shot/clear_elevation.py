@@ -36,7 +36,7 @@ def write_vectors(stroke: Floats, elevation: float, normal: Floats, axis: Floats
 
 def _example(storage: Storage) -> tuple[Any, ...]:
     zeros = storage.zeros
-    around = NOTHING_AROUND._replace(balls=storage.array(NOTHING_AROUND.balls))
+    around = NOTHING_AROUND.stored(storage)
     trials = Trials(1.0, 1.0, 0.0)
     return EXAMPLE_MODEL, around, zeros(3), zeros(1, 5), trials, zeros(2, 3), zeros(1)
 

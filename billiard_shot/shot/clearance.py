@@ -12,7 +12,7 @@ import numpy as np
 
 from billiard_shot.compiled import inner
 from billiard_shot.numerics import rounding
-from billiard_shot.records import Vector
+from billiard_shot.records import Storage, Vector
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.status import CUE_THROUGH_BALL, CUE_THROUGH_CUSHION, OK
@@ -31,6 +31,10 @@ class Surroundings(NamedTuple):
     half_width: float
     nose_height: float
     balls: Any  # (balls, 2) floats: centres of the others
+
+    def stored(self, storage: Storage) -> 'Surroundings':
+        """Return them as compiled functions take them."""
+        return self._replace(balls=storage.array(self.balls))
 
 
 NOTHING_AROUND = Surroundings(0.0, 0.0, 0.0, inf, inf, 0.0, balls=np.zeros((0, 2)))

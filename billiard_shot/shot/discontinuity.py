@@ -58,8 +58,8 @@ def discontinuities_of_law(
         ends = []
         for factor in (1.0 - change, 1.0, 1.0 + change):
             changed = model._replace(stiffness=(tip * factor, table), follows=False)
-            stroke = strokes.some(slice(i, i + 1))._replace(model=changed)
-            ends.append(_final_position(stroke, tolerance))
+            n, v = strokes.normals[i : i + 1], strokes.velocities[i : i + 1]
+            ends.append(_final_position(Strokes(changed, n, v, strokes.position), tolerance))
         bend = float(np.linalg.norm(ends[0] - 2.0 * ends[1] + ends[2]))
         found[i] = bend if bend > 2.0 * tolerance else 0.0
     return found

@@ -6,22 +6,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.numerics import rounding
+from billiard_shot.records import Array
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL, no_place
 from billiard_shot.shot.accuracy import HOPS
+from billiard_shot.shot.clearance import surroundings_of
+from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.model import cue_params, StrikeModel
 from billiard_shot.shot.strike import cues_of, Strokes
 from billiard_shot.table.cue import TIP_DURATION
+from billiard_shot.table.effects import table_on
 from billiard_shot.table.initial_states import ball_starts
-from billiard_shot.table.model import ENDLESS
 from billiard_shot.table.params import GATE_OFF, TableParams
 from billiard_shot.table.simulate import BatchRecording, run_tables, TableTask
 
-NO_BALLS = np.zeros((0, 3))
 FARTHEST = 2.0  # way of a ball while a tip touches it, in lengths that the cue alone would go
 
 
-def check_place(scene: Scene, centre: NDArray[np.float64]) -> None:
+def check_place(scene: Scene, centre: Array) -> None:
     """Raise ValueError if the cue ball cannot be there, because another one is, or a cushion."""
     x, y = float(centre[0]), float(centre[1])
     for name, (other_x, other_y) in scene.balls.items():
@@ -40,7 +42,7 @@ def names_of(scene: Scene) -> tuple[str, ...]:
     return CUE_BALL, *(name for name in scene.balls if name != CUE_BALL)
 
 
-def others_in(scene: Scene) -> NDArray[np.float64]:
+def others_in(scene: Scene) -> Array:
     """Places (balls, 3) [m] of all balls but the cue ball, in the order of `names_of`."""
     places = [
         (*place, scene.ball.radius) for name, place in scene.balls.items() if name != CUE_BALL
@@ -51,8 +53,8 @@ def others_in(scene: Scene) -> NDArray[np.float64]:
 def reaching_speed(
     model: StrikeModel,
     table: TableParams,
-    place: NDArray[np.float64],
-    others: NDArray[np.float64],
+    place: Array,
+    others: Array,
 ) -> float:
     """
     Find the speed of the cue [m/s] from which on a ball may reach others, or noses, in a strike.
@@ -79,32 +81,33 @@ def reaching_speed(
     return nearest / (FARTHEST * TIP_DURATION) if nearest <= reach else math.inf
 
 
-def table_task(
-    strokes: Strokes,
-    tolerance: float,
-    table: TableParams = ENDLESS,
-    others: NDArray[np.float64] = NO_BALLS,
-    hops: float = HOPS,
-) -> TableTask:
-    """
-    State the tables of strokes, all at a ball in one place among the same others.
+def strokes_in(scene: Scene, normals: Array, velocities: Array, position: Array) -> Strokes:
+    """State strokes at the cue ball of a scene, which lies at a position; see `Strokes`."""
+    return Strokes(
+        model_of(scene),
+        normals,
+        velocities,
+        position,
+        surroundings_of(scene),
+        table=table_on(scene),
+        others=others_in(scene),
+    )
 
-    A refused stroke leaves the ball where it is. A row of normals or velocities that is none (not
-    finite, or zero) gets the status INVALID_STROKE.
+
+def table_task(strokes: Strokes, tolerance: float, hops: float = HOPS) -> TableTask:
+    """
+    State the tables on which strokes are played; a refused stroke leaves the ball where it is.
 
     Parameters
     ----------
     strokes : Strokes
     tolerance : float
         Of the trajectories [m].
-    table : TableParams
-    others : (balls, 3) float array
-        Centres of the other balls [m].
     hops : float
         Share of the tolerance for hops that are left out.
 
     """
-    model, place = strokes.model, strokes.position
+    model, _, _, place, _, table, others = strokes
     return TableTask(
         model.surface,
         table,
@@ -115,25 +118,13 @@ def table_task(
     )
 
 
-def starts_of(
-    place: NDArray[np.float64], others: NDArray[np.float64], tables: int
-) -> NDArray[np.void]:
+def starts_of(place: Array, others: Array, tables: int) -> NDArray[np.void]:
     """Make (tables, balls) BallStart: the struck ball at a place (3,), and others (balls, 3)."""
     starts = ball_starts(tables, 1 + len(others))
     starts['position'][:, 0], starts['position'][:, 1:] = place, others
     return starts
 
 
-def strike_batch(
-    strokes: Strokes,
-    tolerance: float,
-    table: TableParams = ENDLESS,
-    others: NDArray[np.float64] = NO_BALLS,
-) -> BatchRecording:
+def strike_batch(strokes: Strokes, tolerance: float) -> BatchRecording:
     """Simulate only the strikes of strokes, after which balls begin; see `table_task`."""
-    return run_tables(table_task(strokes, tolerance, table, others)._replace(until=0.0))
-
-
-def is_endless(table: TableParams) -> bool:
-    """Whether there are no cushions."""
-    return math.isinf(table.length)
+    return run_tables(table_task(strokes, tolerance)._replace(until=0.0))

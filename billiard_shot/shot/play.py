@@ -6,6 +6,7 @@ others are near. A stroke whose ball meets rounded jaws of pockets is played aga
 magnifies an error a few hundred times.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -14,11 +15,10 @@ from numpy.typing import NDArray
 from billiard_shot.records import Array
 from billiard_shot.shot.accuracy import HOPS
 from billiard_shot.shot.discontinuity import discontinuities_of_law
-from billiard_shot.shot.on_table import is_endless, table_task
+from billiard_shot.shot.on_table import table_task
 from billiard_shot.shot.strike import Strokes
 from billiard_shot.status import INFINITE_SEQUENCE, MISCUE, OK, TOLERANCE_NOT_REACHED
 from billiard_shot.table.motion import NOTHING
-from billiard_shot.table.params import TableParams
 from billiard_shot.table.simulate import (
     BatchRecording,
     in_threads,
@@ -43,7 +43,7 @@ class Played(NamedTuple):
     discontinuity: Array  # (n,) m
 
 
-def play_one(strokes: Strokes, table: TableParams, others: Array, tolerance: float) -> Played:
+def play_one(strokes: Strokes, tolerance: float) -> Played:
     """
     Play a stroke, recording all that happens.
 
@@ -51,21 +51,18 @@ def play_one(strokes: Strokes, table: TableParams, others: Array, tolerance: flo
     ----------
     strokes : Strokes
         One or more; the last one is recorded.
-    table : TableParams
-    others : (balls, 3) float array
-        Centres of the other balls [m].
     tolerance : float
         Of the trajectories [m].
 
     """
-    return _with_status(_play_finely(strokes, table, others, tolerance, recorded=True), tolerance)
+    return _with_status(_play_finely(strokes, tolerance, recorded=True), tolerance)
 
 
-def play_many(strokes: Strokes, table: TableParams, others: Array, tolerance: float) -> Played:
+def play_many(strokes: Strokes, tolerance: float) -> Played:
     """Play strokes on all cores; parameters as of `play_one`."""
 
     def play_part(part: slice) -> Played:
-        return _play_finely(strokes.some(part), table, others, tolerance, recorded=False)
+        return _play_finely(strokes.some(part), tolerance, recorded=False)
 
     parts = in_threads(play_part, len(strokes.normals))
     parts = parts or [play_part(slice(0, 0))]
@@ -78,15 +75,13 @@ def play_many(strokes: Strokes, table: TableParams, others: Array, tolerance: fl
     return _with_status(played, tolerance)
 
 
-def _play_finely(
-    strokes: Strokes, table: TableParams, others: Array, tolerance: float, recorded: bool
-) -> Played:
+def _play_finely(strokes: Strokes, tolerance: float, recorded: bool) -> Played:
     """Play strokes, and those again that met jaws."""
-    played = _play(strokes, table, others, tolerance, recorded)
+    played = _play(strokes, tolerance, recorded)
     again = np.flatnonzero(played.run.tables['jaws_met'])
     if not len(again):
         return played
-    finer = _play(strokes.some(again), table, others, FINER * tolerance, recorded)
+    finer = _play(strokes.some(again), FINER * tolerance, recorded)
     one, other = finer.run.balls[:, 0], played.run.balls[again, 0]
     change = np.sqrt(((one['position'] - other['position']) ** 2).sum(axis=1))
     met_none = one['first_contact'] == NOTHING
@@ -102,13 +97,11 @@ def _play_finely(
     return played
 
 
-def _play(
-    strokes: Strokes, table: TableParams, others: Array, tolerance: float, recorded: bool
-) -> Played:
+def _play(strokes: Strokes, tolerance: float, recorded: bool) -> Played:
     """Play strokes; their statuses are those of the strikes."""
-    endless = is_endless(table)
+    endless = math.isinf(strokes.table.length)
     hops = HOPS if endless else HOPS_BEFORE_CUSHIONS
-    task = table_task(strokes, tolerance, table, others, hops)
+    task = table_task(strokes, tolerance, hops)
     run = run_with_events(task) if recorded else run_tables(task)
     cues = run.cues
     gap = discontinuities_of_law(strokes, cues, tolerance)

@@ -11,12 +11,10 @@ from numpy.typing import ArrayLike, NDArray
 from billiard_shot import machine_code
 from billiard_shot.scene import Scene, SceneLike
 from billiard_shot.scene.values import as_floats, check_type, LARGEST, positive
-from billiard_shot.shot.clearance import surroundings_of
 from billiard_shot.shot.effects import model_of
-from billiard_shot.shot.on_table import check_place, names_of, others_in
+from billiard_shot.shot.on_table import check_place, names_of, strokes_in
 from billiard_shot.shot.play import play_many, play_one
 from billiard_shot.shot.shot import Shot
-from billiard_shot.shot.strike import Strokes
 from billiard_shot.shot.stroke import (
     playable_offsets,
     playable_rows,
@@ -26,7 +24,6 @@ from billiard_shot.shot.stroke import (
 )
 from billiard_shot.status import Status
 from billiard_shot.table.data_frame import data_frame
-from billiard_shot.table.effects import table_on
 from billiard_shot.table.simulate import batch_of, INTERPRETED_AT_MOST, run_of, TableBatch
 from billiard_shot.table.words import count_in_words
 
@@ -70,11 +67,9 @@ def predict(
     begin = perf_counter()
     tolerance = positive('tolerance', tolerance, 'm')
     centre = _centre(scene, position)
-    model = model_of(scene)
-    normals = np.array([stroke.touching(model.tip_curvature).normal])
+    normals = np.array([stroke.touching(model_of(scene).tip_curvature).normal])
     velocities = np.array([stroke.velocity])
-    strokes = Strokes(model, normals, velocities, centre, surroundings_of(scene))
-    played = play_one(strokes, table_on(scene), others_in(scene), tolerance)
+    played = play_one(strokes_in(scene, normals, velocities, centre), tolerance)
     run, wall_time = played.run, perf_counter() - begin
     run.cues.flags.writeable = False
     return Shot(
@@ -182,8 +177,7 @@ def predict_batch(
         raise ValueError(f'velocities must have as many rows as normals, {len(n)}, got {len(v)}')
     if len(n) > INTERPRETED_AT_MOST:
         machine_code.require()
-    strokes = Strokes(model_of(scene), n, v, centre, surroundings_of(scene))
-    played = play_many(strokes, table_on(scene), others_in(scene), tolerance)
+    played = play_many(strokes_in(scene, n, v, centre), tolerance)
     run, cues = played.run, played.run.cues
     return BatchResult(
         velocity=cues['velocity'],

@@ -11,7 +11,7 @@ from billiard_shot.scene.values import as_floats
 from billiard_shot.shot.clear_elevation import Trials, write_clear_elevations
 from billiard_shot.shot.clearance import surroundings_of
 from billiard_shot.shot.effects import model_of
-from billiard_shot.shot.strike import refusals, Strokes
+from billiard_shot.shot.strike import cues_of, Strokes
 from billiard_shot.shot.stroke import playable_offsets, vectors_of
 from billiard_shot.status import Status
 
@@ -38,7 +38,9 @@ def refusals_in(
 
     """
     centre = np.array(scene.cue_ball) if position is None else position
-    return refusals(Strokes(model_of(scene), normals, velocities, centre, surroundings_of(scene)))
+    strokes = Strokes(model_of(scene), normals, velocities, centre, surroundings_of(scene))
+    status: NDArray[np.int64] = cues_of(strokes)['status']
+    return status
 
 
 def lowest_elevation(
@@ -120,11 +122,10 @@ def first_free(
     """
     run = write_clear_elevations.current()
     storage, array = run.storage, run.storage.array
-    around = surroundings_of(scene)
     found = array(begin.copy())
     run(
         model_of(scene),
-        around._replace(balls=array(around.balls)),
+        surroundings_of(scene).stored(storage),
         array(np.array(scene.cue_ball) if position is None else position),
         array(strokes),
         Trials(step, highest, margin),

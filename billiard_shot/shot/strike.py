@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from billiard_shot.compiled import entry, inner
 from billiard_shot.numerics.vectors import dot, unit
-from billiard_shot.records import as_rows, Floats, Storage, Vector
+from billiard_shot.records import Array, as_rows, Floats, Storage, Vector
 from billiard_shot.shot.accuracy import drift_of, strike_tolerance
 from billiard_shot.shot.clearance import clearance, NOTHING_AROUND, Surroundings
 from billiard_shot.shot.model import StrikeModel, tip_reach
@@ -20,7 +20,8 @@ from billiard_shot.status import (
     OK,
 )
 from billiard_shot.table.cue import CueRecord
-from billiard_shot.table.params import BallClothParams, GATE_AUTO
+from billiard_shot.table.model import ENDLESS
+from billiard_shot.table.params import BallClothParams, GATE_AUTO, TableParams
 
 GRAZING = 1e-12  # cosine of the angle between stroke and normal below which nothing is hit
 LEVEL = 1e-9  # rad, elevation that a level stroke may have by rounding
@@ -63,46 +64,45 @@ EXAMPLE_MODEL = StrikeModel(
 
 
 class Strokes(NamedTuple):
-    """n strokes at a ball that lies in one place. Numbers, or lists of them while interpreted."""
+    """n strokes at a ball in one place among the same others."""
 
     model: StrikeModel
-    normals: Floats  # (n, 3) as of `Stroke`, but not checked yet
-    velocities: Floats  # (n, 3) m/s
-    position: Floats  # (3,) m, centre of the cue ball
+    normals: Array  # (n, 3) as of `Stroke`, but not checked yet
+    velocities: Array  # (n, 3) m/s
+    position: Array  # (3,) m, centre of the cue ball
     around: Surroundings = NOTHING_AROUND  # a cue that has no room among them is refused
+    table: TableParams = ENDLESS
+    others: Array = np.zeros((0, 3))  # (balls, 3) m, centres of the other balls
 
     def some(self, which: slice | NDArray[np.integer]) -> 'Strokes':
         """Return some of the strokes."""
         return self._replace(normals=self.normals[which], velocities=self.velocities[which])
 
-    def stored(self, storage: Storage) -> 'Strokes':
-        """Return the strokes as compiled functions take them."""
-        array = storage.array
-        return Strokes(
-            self.model,
-            array(self.normals),
-            array(self.velocities),
-            array(self.position),
-            self.around._replace(balls=array(self.around.balls)),
-        )
-
 
 def _example(storage: Storage) -> tuple[Any, ...]:
     ones = storage.array(np.ones((1, 3)))
-    strokes = Strokes(EXAMPLE_MODEL, ones, ones, ones[0]).stored(storage)
-    return strokes, 1.0, 1.0, storage.records(CueRecord, 1)
+    around = NOTHING_AROUND.stored(storage)
+    return EXAMPLE_MODEL, around, ones[0], ones, ones, 1.0, 1.0, storage.records(CueRecord, 1)
 
 
 @entry(_example)
 def place_cues(
-    strokes: Strokes, tolerance: float, reaching_speed: float, cues: list[CueRecord]
+    model: StrikeModel,
+    around: Surroundings,
+    place: Floats,
+    normals: Floats,
+    velocities: Floats,
+    tolerance: float,
+    reaching_speed: float,
+    cues: list[CueRecord],
 ) -> None:
     """
     Put a cue at the ball for each of n strokes.
 
     Parameters
     ----------
-    strokes : Strokes
+    model, around, place, normals, velocities
+        See `Strokes`.
     tolerance : float
         Of the trajectories [m].
     reaching_speed : float
@@ -111,13 +111,12 @@ def place_cues(
         Written; of those that are refused only the status.
 
     """
-    model = strokes.model
     reach = tip_reach(model)
     for i in range(len(cues)):
         cue = cues[i]
-        speed = unit(strokes.velocities[i], cue.axis)
-        unit(strokes.normals[i], cue.normal)
-        cue.status = refusal(model, strokes.around, cue.normal, cue.axis, strokes.position)
+        speed = unit(velocities[i], cue.axis)
+        unit(normals[i], cue.normal)
+        cue.status = refusal(model, around, cue.normal, cue.axis, place)
         if cue.status != OK:
             for k in range(3):
                 cue.axis[k] = cue.normal[k] = 0.0
@@ -126,18 +125,29 @@ def place_cues(
         cue.tolerance = strike_tolerance(model, speed, tolerance)
         cue.drift = drift_of(cue.tolerance, speed)
         for k in range(3):
-            cue.tip[k] = strokes.position[k] + reach * cue.normal[k]
+            cue.tip[k] = place[k] + reach * cue.normal[k]
 
 
-def cues_of(strokes: Strokes, tolerance: float, reaching_speed: float) -> NDArray[np.void]:
-    """Put a cue at the ball for each stroke; return (n,) CueRecord. See `place_cues`."""
+def cues_of(
+    strokes: Strokes, tolerance: float = 1.0, reaching_speed: float = inf
+) -> NDArray[np.void]:
+    """
+    Put a cue at the ball for each stroke; parameters as of `place_cues`.
+
+    Returns (n,) CueRecord. A row of normals or velocities that is none (not finite, or zero) gets
+    the status INVALID_STROKE.
+    """
     run = place_cues.current()
-    cues = run.storage.records(CueRecord, len(strokes.normals))
-    run(strokes.stored(run.storage), tolerance, reaching_speed, cues)
+    storage, array = run.storage, run.storage.array
+    cues = storage.records(CueRecord, len(strokes.normals))
+    run(
+        strokes.model,
+        strokes.around.stored(storage),
+        array(strokes.position),
+        array(strokes.normals),
+        array(strokes.velocities),
+        tolerance,
+        reaching_speed,
+        cues,
+    )
     return as_rows(CueRecord, cues)
-
-
-def refusals(strokes: Strokes) -> NDArray[np.int64]:
-    """Find the status (n,) with which each stroke would be refused, or OK."""
-    status: NDArray[np.int64] = cues_of(strokes, 1.0, inf)['status']
-    return status
