@@ -44,7 +44,7 @@ class TipPose:
     @property
     def along(self) -> Array:
         """Unit vector along the stroke (3,)."""
-        return axes(self.elevation, self.azimuth)[2]
+        return np.array(axes(self.elevation, self.azimuth)[2])
 
     @property
     def quaternion(self) -> tuple[float, float, float, float]:
@@ -69,7 +69,7 @@ def inverse_kinematics(mechanism: Mechanism, contact: TipPose, stroke: float) ->
 
     """
     joints = np.empty(len(JOINTS))
-    _, up, along = axes(contact.elevation, contact.azimuth)
+    _, up, along = np.array(axes(contact.elevation, contact.azimuth))
     joints[:AZIMUTH_JOINT] = (
         contact.position - (mechanism.reach + stroke) * along + mechanism.axis_drop * up
     )
@@ -92,7 +92,7 @@ def forward_kinematics(mechanism: Mechanism, joints: Sequence[float] | Array) ->
     """Find the pose of the tip for joints (6,)."""
     elevation = mechanism.incline_geometry.elevation(float(joints[INCLINE]))
     azimuth = float(joints[AZIMUTH_JOINT])
-    _, up, along = axes(elevation, azimuth)
+    _, up, along = np.array(axes(elevation, azimuth))
     pivot = np.array([joints[BASE_X], joints[BASE_Y], joints[BASE_Z]])
     position = pivot - mechanism.axis_drop * up + (mechanism.reach + joints[STROKE]) * along
     return TipPose(position, azimuth, elevation)

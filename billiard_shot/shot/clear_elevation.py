@@ -1,6 +1,6 @@
 """How high the cue must be for each of many strokes: all elevations are tried in compiled code."""
 
-from math import cos, isnan, nan, sin, sqrt
+from math import isnan, nan, sqrt
 from typing import Any, NamedTuple
 
 from billiard_shot.compiled import entry, inner
@@ -9,6 +9,7 @@ from billiard_shot.scene.player import A, AZIMUTH, B
 from billiard_shot.shot.clearance import NOTHING_AROUND, Surroundings
 from billiard_shot.shot.model import StrikeModel
 from billiard_shot.shot.strike import EXAMPLE_MODEL, refusal
+from billiard_shot.shot.stroke import axes
 from billiard_shot.status import CUE_THROUGH_BALL, CUE_THROUGH_CLOTH, CUE_THROUGH_CUSHION
 
 
@@ -24,14 +25,12 @@ class Trials(NamedTuple):
 def write_vectors(stroke: Floats, elevation: float, normal: Floats, axis: Floats) -> None:
     """Write the unit normal and the axis of a stroke at an elevation [rad], see `vectors_of`."""
     a, b = stroke[A], stroke[B]
-    sin_e, cos_e = sin(elevation), cos(elevation)
-    sin_t, cos_t = sin(stroke[AZIMUTH]), cos(stroke[AZIMUTH])
+    right, up, along = axes(elevation, stroke[AZIMUTH])
     depth = sqrt(max(1.0 - a * a - b * b, 0.0))
     length = sqrt(a * a + b * b + depth * depth)
-    axis[0], axis[1], axis[2] = cos_e * cos_t, cos_e * sin_t, -sin_e
-    normal[0] = (a * sin_t + b * sin_e * cos_t - depth * axis[0]) / length
-    normal[1] = (-a * cos_t + b * sin_e * sin_t - depth * axis[1]) / length
-    normal[2] = (b * cos_e - depth * axis[2]) / length
+    for k in range(3):
+        axis[k] = along[k]
+        normal[k] = (a * right[k] + b * up[k] - depth * along[k]) / length
 
 
 def _example(storage: Storage) -> tuple[Any, ...]:

@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from billiard_shot.compiled import inner
 from billiard_shot.numerics import rounding
 from billiard_shot.records import Triple
 from billiard_shot.scene import Scene, SceneLike
@@ -284,7 +286,7 @@ class Stroke:
         x, y, z = self.velocity
         elevation = math.atan2(-z, math.hypot(x, y)) + 0.0  # 0, not -0
         azimuth = math.atan2(y, x)
-        right, up, _ = axes(elevation, azimuth)
+        right, up, _ = np.array(axes(elevation, azimuth))
         return (
             float(right @ self.normal),
             float(up @ self.normal),
@@ -298,7 +300,7 @@ def stroke_at(
     a: float, b: float, elevation: float, azimuth: float, speed: float, *, axis: bool = False
 ) -> Stroke:
     """Make a stroke as `Stroke.from_offsets`, with angles [rad] of any size."""
-    right, up, along = axes(elevation, azimuth)
+    right, up, along = np.array(axes(elevation, azimuth))
     depth = 1.0 - a * a - b * b
     miss = ''
     if depth <= 0.0:
@@ -307,16 +309,17 @@ def stroke_at(
     return Stroke(normal, speed * along, axis=axis, miss=miss)
 
 
-def axes(
-    elevation: float, azimuth: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Find unit vectors to the right, up and along a stroke, as seen by who plays it."""
-    level = np.array([math.cos(azimuth), math.sin(azimuth), 0.0])
-    right = np.array([math.sin(azimuth), -math.cos(azimuth), 0.0])
-    vertical = np.array([0.0, 0.0, 1.0])
-    up = math.sin(elevation) * level + math.cos(elevation) * vertical
-    along = math.cos(elevation) * level - math.sin(elevation) * vertical
-    return right, up, along
+@inner
+def axes(elevation: Any, azimuth: Any) -> tuple[tuple[Any, ...], ...]:
+    """
+    Find unit vectors to the right, up and along a stroke, as seen by who plays it.
+
+    Or along many: the angles [rad], and the components x, y, z, are numbers or (n,) arrays.
+    """
+    sin_e, cos_e = np.sin(elevation), np.cos(elevation)
+    sin_t, cos_t = np.sin(azimuth), np.cos(azimuth)
+    right, up = (sin_t, -cos_t, 0.0 * sin_t), (sin_e * cos_t, sin_e * sin_t, cos_e)
+    return right, up, (cos_e * cos_t, cos_e * sin_t, -sin_e)
 
 
 def vectors_of(offsets: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -331,12 +334,8 @@ def vectors_of(offsets: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArr
 
     """
     a, b, elevation, azimuth, speed = offsets.T
-    sin_e, cos_e = np.sin(elevation), np.cos(elevation)
-    sin_t, cos_t = np.sin(azimuth), np.cos(azimuth)
+    right, up, along = np.array(axes(elevation, azimuth)).swapaxes(1, 2)
     depth = np.sqrt(np.maximum(1.0 - a * a - b * b, 0.0))
-    along = np.stack([cos_e * cos_t, cos_e * sin_t, -sin_e], axis=1)
-    right = np.stack([sin_t, -cos_t, np.zeros_like(a)], axis=1)
-    up = np.stack([sin_e * cos_t, sin_e * sin_t, cos_e], axis=1)
     normals = a[:, None] * right + b[:, None] * up - depth[:, None] * along
     return unit_rows(normals), speed[:, None] * along
 

@@ -38,7 +38,7 @@ def test_offsets_round_trip(a, b, elevation, azimuth, speed):
 def test_a_pose_finds_the_contact(a, b, elevation, azimuth, way, twist, scale):
     ball = np.array([0.3, -0.2, 0.0286])
     expected = Stroke.from_offsets(a, b, elevation, azimuth, 1.5)
-    *_, along = axes(elevation, azimuth)
+    along = np.array(axes(elevation, azimuth)[2])
     tip = ball + ball[2] * np.array(expected.normal) - way * along
     # turned about z by the azimuth, then about the new y by the elevation, then about x
     half = np.array([twist, elevation, azimuth]) / 2
