@@ -157,11 +157,6 @@ def first_player(racks):
     return players[0]
 
 
-def run_outs(racks):
-    """Count racks that were won in the first visit."""
-    return sum(all(shot.state['player'] == 0 for shot in rack.shots) for rack in racks)
-
-
 def breaks(racks):
     """Count the breaks of `player`, and those that kept the turn."""
     first = [rack.shots[0] for rack in racks if rack.shots]
@@ -292,7 +287,7 @@ def as_page(racks):
             player = first_player(racks[key])
             lines.append(
                 f'| `eight_ball`, `{series.players[0]}`, in hand after a break, one visit | '
-                f'{share(run_outs(racks[key]), len(racks[key]))} | | | {ends(player)} |'
+                f'{share(player["wins"], len(racks[key]))} | | | {ends(player)} |'
             )
     lines += [
         '',
@@ -366,9 +361,7 @@ def drawn(racks):
     candidates = racks['eight_ball-self'] or racks['eight_ball-greedy']
     if not candidates:
         return []
-    rack = max(
-        candidates, key=lambda rack: run_outs([rack]) and rack.shots[0].state['player'] == 0
-    )
+    rack = max(candidates, key=lambda rack: all(shot.state['player'] == 0 for shot in rack.shots))
     draw_rack(rack, Scene.load(SEVEN_FOOT), DOCS / 'figures' / 'games-rack.png')
     return [
         '',
