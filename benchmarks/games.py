@@ -57,34 +57,40 @@ PRACTICE = {
     f'practice-{balls}': Series('practice', NINE_FOOT, ('player',), balls, 60, goal)
     for balls, goal in ((1, 0.97), (3, 0.97), (5, 0.95), (8, 0.92), (15, 0.85))
 }
+HALF = 'player:effort=0.5'
 GAMES = {
-    f'{game}-{kind}': Series(game, SEVEN_FOOT, ('player', other), None, full, goal)
-    for kind, other, full, goal in (('greedy', 'greedy', 200, 0.85), ('self', 'player', 200, 0.0))
+    f'{game}-{name}': Series(game, SEVEN_FOOT, players, None, full, goal)
+    for name, players, full, goal in (
+        ('greedy', ('player', 'greedy'), 200, 0.85),
+        ('greedy-half', (HALF, 'greedy'), 100, 0.85),
+        ('self', ('player', 'player'), 200, 0.0),
+        ('self-half', (HALF, HALF), 100, 0.0),
+    )
     for game in ('eight_ball', 'nine_ball')
 }
 RUN_OUT = {
     f'run-out{name}': Series('tools.run_out', SEVEN_FOOT, (player,), None, 100, goal)
-    for name, player, goal in (('', 'player', 0.7), ('-double', 'player:effort=2', 0.0))
+    for name, player, goal in (('', 'player', 0.7), ('-half', HALF, 0.0))
 }
 ABLATION = {
-    f'practice-8-{name}': Series('practice', NINE_FOOT, (f'player:{options}',), 8, 60)
-    for name, options in (
-        ('one-ply', 'plies=1'),
-        ('no-leave', 'plies=0'),
-        ('half', 'effort=0.5'),
-        ('double', 'effort=2'),
+    f'practice-8-{name}': Series('practice', NINE_FOOT, (player,), 8, 60)
+    for name, player in (
+        ('double', 'player:effort=2'),
+        ('half', HALF),
+        ('one-ply', f'{HALF},plies=1'),
+        ('no-leave', f'{HALF},plies=0'),
     )
 } | {
-    f'eight_ball-{name}': Series('eight_ball', SEVEN_FOOT, (f'player:{options}', other), None, 100)
-    for name, options, other in (
-        ('no-safety', 'safe=false', 'player'),
+    f'eight_ball-{name}': Series('eight_ball', SEVEN_FOOT, (f'{HALF},{option}', other), None, 100)
+    for name, option, other in (
+        ('no-safety', 'safe=false', HALF),
         ('hasty', 'seconds=0.3', 'greedy'),
     )
 }
 HASTY = 'eight_ball-hasty'
 FOREIGN = {
-    'foreign-fitted': Series('tools.foreign', SEVEN_FOOT, ('player', 'greedy'), None, 20),
-    'foreign-as-ours': Series('tools.foreign', SEVEN_FOOT, ('player', 'greedy'), None, 20),
+    'foreign-fitted': Series('tools.foreign', SEVEN_FOOT, (HALF, 'greedy'), None, 20),
+    'foreign-as-ours': Series('tools.foreign', SEVEN_FOOT, (HALF, 'greedy'), None, 20),
 }
 SERIES = PRACTICE | GAMES | RUN_OUT | ABLATION | FOREIGN
 
@@ -157,13 +163,13 @@ def first_player(racks):
     return players[0]
 
 
-def breaks(racks):
-    """Count the breaks of `player`, and those that kept the turn."""
+def breaks(racks, player):
+    """Count the breaks of a player, and those that kept the turn."""
     first = [rack.shots[0] for rack in racks if rack.shots]
     own = [
         shot
         for shot, rack in zip(first, racks, strict=True)
-        if rack.players[shot.state['player']] == 'player'
+        if rack.players[shot.state['player']] == player
     ]
     return len(own), sum(shot.kept or shot.end == 'won' for shot in own)
 
@@ -262,7 +268,7 @@ def as_page(racks):
         '## Racks',
         '',
         'On a seven-foot table. A break keeps the turn if it is legal and pots a ball without a',
-        'scratch. Run-outs and breaks are those of all players that are `player`.',
+        'scratch. Run-outs and breaks are those of all players with the first name.',
         '',
         '| series | won | broken and run out | break kept the turn | visits ended by |',
         '|---|---|---|---|---|',
@@ -273,11 +279,11 @@ def as_page(racks):
             own = [
                 each
                 for each in summary(series.players, racks[key])['players']
-                if each['name'] == 'player'
+                if each['name'] == series.players[0]
             ]
             runs, broken = (sum(each[k] for each in own) for k in ('break_and_run', 'broken'))
-            made, kept = breaks(racks[key])
-            name = f'`{series.game}` against `{series.players[1]}`'
+            made, kept = breaks(racks[key], series.players[0])
+            name = f'`{series.game}`, `{series.players[0]}` against `{series.players[1]}`'
             lines.append(
                 f'| {name} | {share(player["wins"], count)} | {share(runs, broken)} | '
                 f'{share(kept, made)} | {ends(player)} |'

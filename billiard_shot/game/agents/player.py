@@ -34,14 +34,14 @@ from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.scene.values import positive
 from billiard_shot.shot.stroke import Stroke
 
-SHOTS, TIPS = 6, 9  # direct shots that are tried, at points of contact of the tip
-PLACES_IN_HAND, TIPS_IN_HAND = 6, 5  # places of the cue ball in hand that are tried; tips at each
-FINALISTS, ERRORS_EACH = 20, 30  # ideas with errors, and errors of each
+SHOTS, TIPS = 12, 9  # direct shots that are tried, at points of contact of the tip
+PLACES_IN_HAND, TIPS_IN_HAND = 12, 5  # places of the cue ball in hand that are tried; tips at each
+FINALISTS, ERRORS_EACH = 40, 60  # ideas with errors, and errors of each
 IDEAS_AT_ONCE = 5  # ideas that are tried between two readings of the clock
-WINNERS, MORE_SAMPLES = 5, 100  # of these, ideas with more errors, and errors of each
-VARIED, VARIATIONS = 3, 6  # of these, ideas that are varied, and variations of each
+WINNERS, MORE_SAMPLES = 5, 200  # of these, ideas with more errors, and errors of each
+VARIED, VARIATIONS = 3, 12  # of these, ideas that are varied, and variations of each
 POOR = 0.6  # success below which other strokes compete
-OTHERS = 8  # of which so many of each kind are tried with errors
+OTHERS = 16  # of which so many of each kind are tried with errors
 TIME_RESERVE = 10.0  # decisions for which the time of a rack has to last
 
 
