@@ -339,7 +339,7 @@ def strike_details(
     phases, count = int(cues['phases'][-1]), int(cues['contacts'][-1])
     contacts = max(count, 2)  # of tip and cloth, also if the stroke was refused
     log, losses = as_rows(PhaseLog, room.results.log), np.zeros((contacts, 2))
-    losses[:count] = room.losses[:count]
+    losses[:count] = np.reshape(room.losses[:count], (count, 2))
     logged = min(phases, len(log) // contacts) * contacts
     return log[:logged].reshape(-1, contacts), losses
 
