@@ -37,7 +37,6 @@ from billiard_shot.status import Status
 DOCS = Path(__file__).resolve().parent.parent / 'docs'
 NINE_FOOT, SEVEN_FOOT = 'pool_table', 'seven_foot'
 MEDIAN, MOST = 1.0, 3.0  # s of CPU time of a decision: median, and 95 %
-MOST_ENDS = 3  # that the page names, of the ways in which visits end
 AGAIN = 200  # new errors with which strokes are played again
 FEW = 30  # shots of a bin of stated chances: with fewer its interval is too wide to say anything
 
@@ -247,7 +246,7 @@ def as_page(racks):
         f'{machine()}.',
         'The player is `player`, unless another name is stated; the execution noise that of the',
         'computer pool tournaments. Intervals are Wilson intervals of 95 %; CPU times those of',
-        'decisions, median and 95 %. `--full` plays 60 to 200 racks of each series.',
+        'decisions, median and 95 %.',
         '',
         '## Practice',
         '',
@@ -267,11 +266,12 @@ def as_page(racks):
         '',
         '## Racks',
         '',
-        'On a seven-foot table. A break keeps the turn if it is legal and pots a ball without a',
-        'scratch. Run-outs and breaks are those of all players with the first name.',
+        'On a seven-foot table. A break keeps the turn if it pots a ball without a foul. Run-outs',
+        'and breaks are those of all players with the first name. In the last rows the ball is in',
+        'hand after a break, and there is one visit.',
         '',
-        '| series | won | broken and run out | break kept the turn | visits ended by |',
-        '|---|---|---|---|---|',
+        '| series | won | broken and run out | break kept the turn |',
+        '|---|---|---|---|',
     ]
     for key, series in GAMES.items():
         if racks[key]:
@@ -283,21 +283,21 @@ def as_page(racks):
             ]
             runs, broken = (sum(each[k] for each in own) for k in ('break_and_run', 'broken'))
             made, kept = breaks(racks[key], series.players[0])
-            name = f'`{series.game}`, `{series.players[0]}` against `{series.players[1]}`'
+            name = f'`{series.game}`: `{series.players[0]}`, `{series.players[1]}`'
             lines.append(
                 f'| {name} | {share(player["wins"], count)} | {share(runs, broken)} | '
-                f'{share(kept, made)} | {ends(player)} |'
+                f'{share(kept, made)} |'
             )
     for key, series in RUN_OUT.items():
         if racks[key]:
             player = first_player(racks[key])
             lines.append(
-                f'| `eight_ball`, `{series.players[0]}`, in hand after a break, one visit | '
-                f'{share(player["wins"], len(racks[key]))} | | | {ends(player)} |'
+                f'| `eight_ball`: `{series.players[0]}` | '
+                f'{share(player["wins"], len(racks[key]))} | | |'
             )
     lines += [
         '',
-        'Professionals break and run 41 % of the racks of eight-ball on such tables (51 of 124).',
+        'Professionals break and run 41 % in eight-ball (51 of 124).',
         '',
         '## What the parts contribute',
         '',
@@ -330,24 +330,23 @@ def as_page(racks):
         'squirt, other frictions, cushions, errors and rules of fouls. Players plan with their',
         f'own scene, or with one that `fitted_scene` fitted to {SHOTS} shots.',
         '',
-        '| scene | won against `greedy` | visits ended by |',
-        '|---|---|---|',
+        '| scene | won against `greedy` |',
+        '|---|---|',
     ]
     for key in FOREIGN:
         if racks[key]:
             player = first_player(racks[key])
             lines.append(
                 f'| {"fitted" if key == "foreign-fitted" else "their own"} | '
-                f'{share(player["wins"], len(racks[key]))} | {ends(player)} |'
+                f'{share(player["wins"], len(racks[key]))} |'
             )
     lines += [
         '',
         '## Stated and measured chances',
         '',
-        'Shots of the racks above, by the chance that the player stated: that it keeps its turn.',
-        f'Deciles with fewer than {FEW} shots say little, and racks of all series have the same',
-        f'errors. The last column: the same strokes with {AGAIN} new errors each, by exact',
-        'predictions.',
+        'Shots of these racks, by the stated chance to keep the turn.',
+        f'Deciles with fewer than {FEW} shots say little. The last column: the same strokes with',
+        f'{AGAIN} new errors each, by exact predictions.',
         '',
         '| stated | kept the turn | with new errors |',
         '|---|---|---|',
@@ -378,12 +377,6 @@ def drawn(racks):
         '',
         '![The strokes of the rack from above](figures/games-rack.png)',
     ]
-
-
-def ends(player):
-    """Write how most visits ended, without those that won."""
-    listed = [f'{end} {count}' for end, count in player['ends'].items() if end != 'won']
-    return ', '.join(listed[:MOST_ENDS]) or 'none'
 
 
 def times(player):
