@@ -69,9 +69,20 @@ PROGRESS_PERIOD = 5.0
 """Time between two checks whether the library is compiled [s]."""
 
 
+@contextlib.contextmanager
+def reading_ros_arguments() -> Iterator[None]:
+    """Exit with one line if the ROS arguments or a file of parameters cannot be read meanwhile."""
+    try:
+        yield
+    except RuntimeError as error:  # of rcl, with the places in its source
+        reason = ' '.join(re.sub(r', at \S+:\d+', '', str(error)).split())
+        sys.exit(f'ROS arguments: {reason}')
+
+
 def own_arguments(args: Sequence[str] | None) -> list[str]:
     """Return the arguments of a program that are not ROS arguments."""
-    return list(remove_ros_args(sys.argv if args is None else ['', *args])[1:])
+    with reading_ros_arguments():
+        return list(remove_ros_args(sys.argv if args is None else ['', *args])[1:])
 
 
 @contextlib.contextmanager
@@ -79,14 +90,10 @@ def initialized(args: Sequence[str] | None = None, **options: Any) -> Iterator[N
     """
     Initialize rclpy with `options`, and shut it down at the end.
 
-    If the ROS arguments or a file of parameters cannot be read, exit with one line.
-    `with rclpy.init()` does the rest, but not on Jazzy, where `init` returns None.
+    Bad ROS arguments end the program with one line. `with rclpy.init()` does the rest, but not on Jazzy, where `init` returns None.
     """
-    try:
+    with reading_ros_arguments():
         rclpy.init(args=None if args is None else list(args), **options)
-    except RuntimeError as error:  # of rcl, with the places in its source
-        reason = ' '.join(re.sub(r', at \S+:\d+', '', str(error)).split())
-        sys.exit(f'ROS arguments: {reason}')
     try:
         yield
     finally:
