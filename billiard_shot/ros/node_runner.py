@@ -90,7 +90,8 @@ def initialized(args: Sequence[str] | None = None, **options: Any) -> Iterator[N
     """
     Initialize rclpy with `options`, and shut it down at the end.
 
-    Bad ROS arguments end the program with one line. `with rclpy.init()` does the rest, but not on Jazzy, where `init` returns None.
+    Bad ROS arguments end the program with one line. `with rclpy.init()` does the rest, but not on
+    Jazzy, where `init` returns None.
     """
     with reading_ros_arguments():
         rclpy.init(args=None if args is None else list(args), **options)
