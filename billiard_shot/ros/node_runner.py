@@ -81,8 +81,22 @@ def reading_ros_arguments() -> Iterator[None]:
 
 def own_arguments(args: Sequence[str] | None) -> list[str]:
     """Return the arguments of a program that are not ROS arguments."""
+    given = sys.argv if args is None else ['', *args]
     with reading_ros_arguments():
-        return list(remove_ros_args(sys.argv if args is None else ['', *args])[1:])
+        return list(remove_ros_args(given)[1:])
+
+
+def parser_of(
+    name: str, docstring: str | None, epilog: str, usage: str | None = None
+) -> argparse.ArgumentParser:
+    """Make the argument parser of a program that `ros2 run` starts."""
+    return argparse.ArgumentParser(
+        prog=name,
+        usage=usage,
+        description=(docstring or '').strip().partition('\n')[0],
+        epilog=epilog,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
 
 
 @contextlib.contextmanager
@@ -211,11 +225,11 @@ def spin_node(
     a bad parameter, print one line and exit with code 1. `--help` and other arguments that are
     not ROS arguments do not start the node.
     """
-    argparse.ArgumentParser(
+    parser_of(
         name,
+        inspect.getdoc(inspect.getmodule(make)),
+        f'Parameters: config/{name}.yaml, and `ros2 param describe` while the node runs.',
         usage='%(prog)s [-h] [--ros-args -p PARAMETER:=VALUE -r NAME:=NAME ...]',
-        description=(inspect.getdoc(inspect.getmodule(make)) or '').partition('\n')[0],
-        epilog=f'Parameters: config/{name}.yaml, and `ros2 param describe` while the node runs.',
     ).parse_args(own_arguments(args))
     ending = threading.Event()
     executor: Executor | None = None

@@ -107,7 +107,7 @@ def declare(node: Node, *kinds: Any, fixed: Callable[[], str] = lambda: '') -> N
                 continue
             if reason := fixed():
                 return SetParametersResult(successful=False, reason=f'{setting.name}: {reason}')
-            if setting.value is None:  # rcl makes None of an empty list
+            if setting.value is None:  # rcl gives None for an empty list
                 return SetParametersResult(
                     successful=False, reason=f'{setting.name} must have a value, got none'
                 )

@@ -43,6 +43,7 @@ from billiard_shot.ros.game_table import GameTable
 from billiard_shot.ros.node_runner import (
     initialized,
     own_arguments,
+    parser_of,
     steady_timer,
     wait_for_library,
 )
@@ -71,7 +72,7 @@ SIGNAL_PERIOD = 0.05
 PLAYED, SHOT_FAILED, NOT_READY = 0, 1, 3
 """Exit codes; argparse ends with 2."""
 
-EXIT_CODE_HELP = """\
+CLIENT_HELP = """\
 exit codes:
   0  every shot was played, and reached its target if it has one; a turn was played, and the
      rack was not lost; with --serve, after Ctrl+C or SIGTERM
@@ -80,7 +81,9 @@ exit codes:
   2  the arguments are invalid
   3  a node is missing or not ready; the message names it
   130, 143  ended by Ctrl+C or SIGTERM; a shot that has not begun is cancelled
-"""
+
+ROS arguments follow --ros-args, such as -r __ns:=/left_robot"""
+"""End of the help of programs that ask the nodes."""
 
 
 def play_shot(client: RobotClient, name: str, goal: ExecuteShot.Goal, arm: bool) -> bool:
@@ -219,16 +222,6 @@ def _budget(text: str) -> int:
     return number
 
 
-def parser_of(name: str, docstring: str | None) -> argparse.ArgumentParser:
-    """Make the argument parser of a program that `ros2 run` starts."""
-    return argparse.ArgumentParser(
-        prog=name,
-        description=(docstring or '').strip().partition('\n')[0],
-        epilog=EXIT_CODE_HELP + '\nROS arguments follow --ros-args, such as -r __ns:=/left_robot',
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
-
-
 def add_client_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of all programs that ask the nodes for strokes."""
     add_stroke_arguments(parser)
@@ -257,7 +250,7 @@ def run_player_client(
     serves: bool = False,
 ) -> None:
     """
-    Make a client, do the rounds until one fails, and exit with one of `EXIT_CODE_HELP`.
+    Make a client, do the rounds until one fails, and exit with one of the codes of `CLIENT_HELP`.
 
     A client that `serves` is a node, which ends with 0 after a signal.
     """
@@ -287,7 +280,7 @@ def run_player_client(
 
 def main(args: Sequence[str] | None = None) -> None:
     """Play shots."""
-    parser = parser_of('player', __doc__)
+    parser = parser_of('player', __doc__, CLIENT_HELP)
     parser.add_argument(
         'targets',
         nargs='*',

@@ -14,8 +14,8 @@ from billiard_shot import Scene, Status, Stroke
 from billiard_shot.cue.sightings import Sighting
 from billiard_shot.ros import conversions, cue_conversions
 from billiard_shot.ros.client import RobotClient
-from billiard_shot.ros.node_runner import own_arguments
-from billiard_shot.ros.player import add_client_arguments, parser_of, run_player_client
+from billiard_shot.ros.node_runner import own_arguments, parser_of
+from billiard_shot.ros.player import add_client_arguments, CLIENT_HELP, run_player_client
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.stroke_options import strokes_from_options
 from billiard_shot.table.motion import Motion
@@ -70,7 +70,7 @@ def _samples(trajectory: BallTrajectory) -> list[str]:
 
 def main(args: Sequence[str] | None = None) -> None:
     """Call `predict_shot` for every stroke; the exit code is 1 if a stroke is refused."""
-    parser = parser_of('predict_shot', __doc__)
+    parser = parser_of('predict_shot', __doc__, CLIENT_HELP)
     add_client_arguments(parser)
     parser.add_argument(
         '--table',

@@ -9,9 +9,7 @@ import signal
 import sys
 import time
 
-from rclpy.utilities import remove_ros_args
-
-from billiard_shot.ros.player import parser_of
+from billiard_shot.ros.node_runner import own_arguments, parser_of
 from billiard_shot.ros.processes import quick_environment, running, SIMULATION
 
 PROCESS_POLL_PERIOD = 0.2
@@ -21,10 +19,10 @@ PROCESS_POLL_PERIOD = 0.2
 def main(args: Sequence[str] | None = None) -> None:
     """Start the nodes; the exit code is 1 if one of them ends by itself."""
     given = list(sys.argv if args is None else ['', *args])
-    own = remove_ros_args(given)[1:]
+    own = own_arguments(args)
     ros = [each for each in given[1:] if each not in own and each != '--ros-args']
-    parser = parser_of('robot', __doc__)
-    parser.epilog = 'exit codes: 0 after Ctrl+C; 1 if a node ended by itself; 2 invalid arguments'
+    codes = 'exit codes: 0 after Ctrl+C; 1 if a node ended by itself; 2 invalid arguments'
+    parser = parser_of('robot', __doc__, codes)
     parser.add_argument(
         '--scene',
         default='paper',
