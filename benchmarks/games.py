@@ -209,8 +209,7 @@ def report_on(racks):
         if not racks[key]:
             continue
         player = first_player(racks[key])
-        count = len(racks[key])
-        won = player['wins']
+        won, count = player['wins'], len(racks[key])
         high = wilson_interval(won, count)[1]
         report.row(
             f'{key}: {won} of {count}, upper end of the 95 % interval',

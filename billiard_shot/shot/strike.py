@@ -134,8 +134,8 @@ def cues_of(
     """
     Put a cue at the ball for each stroke; parameters as of `place_cues`.
 
-    Returns (n,) CueRecord. A row of normals or velocities that is none (not finite, or zero) gets
-    the status INVALID_STROKE.
+    Returns (n,) CueRecord. If a normal or a velocity is zero or not finite, the status of its
+    stroke is INVALID_STROKE.
     """
     run = place_cues.current()
     storage, array = run.storage, run.storage.array

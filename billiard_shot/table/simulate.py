@@ -302,9 +302,10 @@ def run_tables(
     if phases:
         log = storage.unset(PhaseLog, phases)
         room = room._replace(results=room.results._replace(log=log))
+    changed = NO_CUES if cues is None else cues.copy()  # a strike writes into its cue
     beginnings = Beginnings(
         storage.from_rows(BallStart, task.starts.reshape(-1)),
-        storage.from_rows(CueRecord, NO_CUES if cues is None else cues.copy()),  # strikes change
+        storage.from_rows(CueRecord, changed),
     )
     balls = storage.records(BallOutcome, tables * count)
     ends = storage.records(TableOutcome, tables)

@@ -127,8 +127,7 @@ class Player:
             chance = np.zeros(1)
             if CUE_BALL in after.balls:
                 chance = direct_shots(self._scene, after).best
-            tables = placed(after) if CUE_BALL in after.balls else placed(after, np.zeros((1, 2)))
-            left = shots_left(self._scene, [after], np.zeros(1, np.int64), tables)
+            left = _shots_left(self._scene, after)
             found[choice] = float(value(after, state.player, chance, left)[0])
         return max(found, key=lambda choice: found[choice])
 
@@ -247,11 +246,17 @@ def _decision(rated: list[Rated]) -> Decision:
 def _as_it_is(position: Position, direct: DirectShots, number: int) -> Rated:
     """Take a direct shot by its chance, without having tried it."""
     chance = direct.chance[number]
-    state, tables = position.state, placed(position.state)
-    left = shots_left(position.scene, [state], np.zeros(1, np.int64), tables)
+    state = position.state
+    left = _shots_left(position.scene, state)
     won = float(at_table(np.array([chance]), find_game(state.game), left)[0])
     idea = Idea(position, direct.offsets[number], call_of(direct, number), won)
     return Rated(idea, won, float(chance))
+
+
+def _shots_left(scene: Scene, state: State) -> NDArray[np.int64]:
+    """Count the shots (1, 2) that the players need in a state, wherever the cue ball is."""
+    anywhere = np.zeros((1, 2))
+    return shots_left(scene, [state], np.zeros(1, np.int64), placed(state, anywhere))
 
 
 def _by_value(rated: list[Rated]) -> list[Rated]:
