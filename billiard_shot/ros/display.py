@@ -6,13 +6,13 @@ from billiard_shot_msgs.msg import BallTrajectory
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
 import numpy as np
-from numpy.typing import NDArray
 from rclpy.time import Time
-from std_msgs.msg import Header
+from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker, MarkerArray
 
 from billiard_shot import Shot
 from billiard_shot.pictures.trails import trails_of
+from billiard_shot.records import Array
 from billiard_shot.ros import markers
 from billiard_shot.ros.conversions import vectors
 from billiard_shot.shot.clearance import BUTT
@@ -23,6 +23,9 @@ LAST_SECOND = 2**31 - 1
 
 CUE_PAINT, MARKER_CUE_LENGTH, DRAWN_CUE_RADIUS = '#c8955c', 0.5, 0.0065
 """Colour of the cue; its length and radius [m] if the scene does not give its shape."""
+
+CUE_SIDES = 24
+"""Number of sides of the polygon that stands for the round cue."""
 
 FAINT = 0.3
 """Opacity of starting positions, and of plans that are not the best."""
@@ -65,50 +68,49 @@ def plan_markers(shots: Sequence[Shot], labels: Sequence[str], header: Header) -
     shown = []
     for rank, (shot, text) in enumerate(zip(shots, labels, strict=True)):
         opacity = FAINT if rank else 1.0
+        paint = markers.colour(CUE_PAINT, opacity)
         shown += _shot(shot, opacity)
-        shown.append(
-            markers.label_marker(
-                text,
-                _ends(shot)[1],
-                2 * shot.scene.ball.radius,
-                markers.colour(CUE_PAINT, opacity),
-            )
-        )
+        shown.append(markers.label(text, _ends(shot)[1], 2 * shot.scene.ball.radius, paint))
     return markers.array_of(shown, header)
 
 
 def _shot(shot: Shot, opacity: float) -> list[Marker]:
     radius = shot.scene.ball.radius
-    cue = shot.scene.cue
-    radii = (cue.ferrule_radius, BUTT) if cue.length else (DRAWN_CUE_RADIUS, DRAWN_CUE_RADIUS)
-    shown = [markers.cone('cue', *_ends(shot), radii, markers.colour(CUE_PAINT, opacity))]
+    shown = [_cue(shot, markers.colour(CUE_PAINT, opacity))]
     trails = trails_of(shot)
     for name in trails.balls:
         pieces = trails.pieces(name)
         if not pieces:
             continue
-        colours = [
+        paint = markers.colour(ball_colour(name), opacity)
+        faint = markers.colour(ball_colour(name), FAINT * opacity)
+        path = markers.shape('paths', Marker.LINE_STRIP, paint, size=(0.2 * radius, 0.0, 0.0))
+        path.points = markers.points_of(np.concatenate([piece.points for piece in pieces]))
+        path.colors = [
             markers.colour(MOTIONS.get(piece.motion, GREY), opacity)
             for piece in pieces
             for _ in piece.times
         ]
-        points = np.concatenate([piece.points for piece in pieces])
-        paint = ball_colour(name)
-        shown += [
-            markers.line_marker('paths', points, 0.2 * radius, colours),
-            markers.ball(
-                'starts', trails.start(name), radius, markers.colour(paint, FAINT * opacity)
-            ),
-        ]
-        end = trails.end(name)
-        if end is not None:
-            shown.append(markers.ball('ends', end, radius, markers.colour(paint, opacity)))
+        shown += [path, markers.ball('starts', trails.start(name), radius, faint)]
+        if (end := trails.end(name)) is not None:
+            shown.append(markers.ball('ends', end, radius, paint))
     return shown
 
 
-def _ends(shot: Shot) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _cue(shot: Shot, paint: ColorRGBA) -> Marker:
+    """Cone frustum between both ends of the cue."""
+    cue, (tip, butt) = shot.scene.cue, _ends(shot)
+    radii = (cue.ferrule_radius, BUTT) if cue.length else (DRAWN_CUE_RADIUS, DRAWN_CUE_RADIUS)
+    axis = (butt - tip) / np.linalg.norm(butt - tip)
+    one = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
+    one /= np.linalg.norm(one)
+    angles = np.linspace(0.0, 2 * np.pi, CUE_SIDES, endpoint=False)[:, np.newaxis]
+    around = np.cos(angles) * one + np.sin(angles) * np.cross(axis, one)
+    return markers.solids('cue', [(tip + radii[0] * around, butt + radii[1] * around)], paint)
+
+
+def _ends(shot: Shot) -> tuple[Array, Array]:
     """Both ends of the cue as it meets the ball [m]."""
     along = np.array(shot.stroke.velocity) / shot.stroke.speed
-    centre = shot.position
-    tip = centre + shot.scene.ball.radius * np.array(shot.stroke.normal)
+    tip = shot.position + shot.scene.ball.radius * np.array(shot.stroke.normal)
     return tip, tip - (shot.scene.cue.length or MARKER_CUE_LENGTH) * along

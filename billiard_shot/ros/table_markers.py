@@ -1,24 +1,20 @@
 """Markers of a table and its balls, for RViz and Foxglove."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 
 from billiard_shot_msgs.msg import BallState, TableState
 import numpy as np
-from numpy.typing import NDArray
-from std_msgs.msg import Header
+from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker, MarkerArray
 
-from billiard_shot.ros import markers
+from billiard_shot.records import Array
+from billiard_shot.ros.markers import array_of, ball, colour, label, shape, solids
 from billiard_shot.scene import Scene
 from billiard_shot.table.colours import ball_colour
 from billiard_shot.table.outline import outline_of
 
-CLOTH_PAINT, CUSHION_PAINT, WOOD_PAINT, HOLE_PAINT, TEXT = (
-    '#2f7d5b',
-    '#236349',
-    '#6f4426',
-    '#111111',
-    '#ffffff',
+CLOTH, CUSHION, WOOD, HOLE, TEXT = map(
+    colour, ('#2f7d5b', '#236349', '#6f4426', '#111111', '#ffffff')
 )
 THICKNESS = 0.03  # m, of the bed
 CLOTH_SIZE = 8.0  # m, side of the square that shows an infinite cloth
@@ -29,31 +25,25 @@ BallCentres = Mapping[str, tuple[float, float, float]]
 
 def table_markers(scene: Scene, header: Header) -> MarkerArray:
     """Bed, cushions, rails and pockets; for a scene without a table, a square of cloth."""
+
+    def slab(namespace: str, half: Array, top: float, paint: ColorRGBA) -> Marker:
+        centre, size = (0.0, 0.0, top - 0.5 * THICKNESS), (*(2 * half), THICKNESS)
+        return shape(namespace, Marker.CUBE, paint, centre, size)
+
     if scene.table is None:
-        half = np.full(2, 0.5 * CLOTH_SIZE)
-        return markers.array_of([_slab('bed', half, 0.0, CLOTH_PAINT)], header)
+        return array_of([slab('bed', np.full(2, 0.5 * CLOTH_SIZE), 0.0, CLOTH)], header)
     outline = outline_of(scene)
+    rails = (_rail(each, outline.back, outline.frame) for each in outline.cushions)
     shown = [
-        _slab('bed', outline.back, 0.0, CLOTH_PAINT),
-        _slab('frame', outline.frame, -MARKER_LIFT, WOOD_PAINT),
-        markers.prisms(
-            'cushions', outline.cushions, 0.0, outline.height, markers.colour(CUSHION_PAINT)
-        ),
-        markers.prisms(
-            'rails',
-            [_rail(cushion, outline.back, outline.frame) for cushion in outline.cushions],
-            0.0,
-            outline.height,
-            markers.colour(WOOD_PAINT),
-        ),
+        slab('bed', outline.back, 0.0, CLOTH),
+        slab('frame', outline.frame, -MARKER_LIFT, WOOD),
+        solids('cushions', _upright(outline.cushions, outline.height), CUSHION),
+        solids('rails', _upright(rails, outline.height), WOOD),
     ]
     for x, y, radius in outline.holes.tolist():
-        shown.append(
-            markers.disc(
-                'pockets', (x, y, 0.0), radius, 2 * MARKER_LIFT, markers.colour(HOLE_PAINT)
-            )
-        )
-    return markers.array_of(shown, header)
+        size = (2 * radius, 2 * radius, 2 * MARKER_LIFT)
+        shown.append(shape('pockets', Marker.CYLINDER, HOLE, (x, y, 0.0), size))
+    return array_of(shown, header)
 
 
 def ball_markers(balls: BallCentres, radius: float, header: Header) -> MarkerArray:
@@ -61,10 +51,10 @@ def ball_markers(balls: BallCentres, radius: float, header: Header) -> MarkerArr
     shown = []
     for name, (x, y, z) in balls.items():
         shown += [
-            markers.ball('balls', (x, y, z), radius, markers.colour(ball_colour(name))),
-            markers.label_marker(name, (x, y, z + 3 * radius), 2 * radius, markers.colour(TEXT)),
+            ball('balls', (x, y, z), radius, colour(ball_colour(name))),
+            label(name, (x, y, z + 3 * radius), 2 * radius, TEXT),
         ]
-    return markers.array_of(shown, header)
+    return array_of(shown, header)
 
 
 def ball_centres(table: TableState, radius: float) -> BallCentres:
@@ -76,18 +66,17 @@ def ball_centres(table: TableState, radius: float) -> BallCentres:
     }
 
 
-def _slab(namespace: str, half: NDArray[np.float64], top: float, code: str) -> Marker:
-    x, y = half
-    return markers.box(namespace, (-x, -y, top - THICKNESS), (x, y, top), markers.colour(code))
+def _upright(outlines: Iterable[Array], height: float) -> Iterator[tuple[Array, Array]]:
+    """Bottoms and tops of prisms of a height [m] over outlines (n, 2) [m]."""
+    for outline in outlines:
+        top = np.insert(outline, 2, height, axis=1)
+        yield top * (1.0, 1.0, 0.0), top
 
 
-def _rail(
-    cushion: NDArray[np.float64], back: NDArray[np.float64], frame: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _rail(cushion: Array, back: Array, frame: Array) -> Array:
     """Outline (4, 2) of the wood behind a cushion, out to the frame."""
     ends = cushion[[0, -1]]
-    side = np.isclose(np.abs(ends), back).all(
-        axis=0
-    )  # the axis along which the cushion is at the back
+    # the axis along which the cushion is at the back
+    side = np.isclose(np.abs(ends), back).all(axis=0)
     beyond = np.where(side, np.sign(ends) * frame, ends)
     return np.concatenate([ends, beyond[::-1]])
