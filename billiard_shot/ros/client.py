@@ -1,6 +1,7 @@
 """Client of the nodes: waits for them, predicts, plans, plays, and watches the table."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 import math
 from time import monotonic
 from typing import Any, TYPE_CHECKING
@@ -32,6 +33,7 @@ from billiard_shot.scene.placement import CUE_BALL
 
 if TYPE_CHECKING:
     from rclpy.publisher import Publisher
+    from rclpy.task import Future
 
 START_UP = 120.0
 """Time to wait for a node [s]; a node may have to compile the library first."""
@@ -308,17 +310,14 @@ class RobotClient(Node):
 
     def plan(self, target: Target, **goal: Any) -> PlanShot.Result:
         """Plan for a target and the current balls; NoPlanError if no stroke is found."""
-        response = self.act(
-            'plan_shot',
-            self._plan,
-            PlanShot.Goal(target=target, balls=self.known_table().balls, **goal),
-            lambda ended: self.until(ended.done, PLAN_TIME),
-        )
-        if response is None:
+        request = PlanShot.Goal(target=target, balls=self.known_table().balls, **goal)
+        with self._acting('plan_shot', self._plan, request) as ended:
+            self.until(ended.done, PLAN_TIME)
+        if not ended.done():
             raise NoPlanError(f'no plan within {PLAN_TIME:g} s')
-        if response.status != GoalStatus.STATUS_SUCCEEDED:
-            raise NoPlanError(response.result.message)
-        return response.result
+        if result_of(ended).status != GoalStatus.STATUS_SUCCEEDED:
+            raise NoPlanError(result_of(ended).result.message)
+        return result_of(ended).result
 
     def goal(
         self, stroke: Stroke, scene: Scene, shot_id: str, valid_for: float = VALIDITY
@@ -367,68 +366,58 @@ class RobotClient(Node):
             Called once when the cue is aimed and waits to be armed.
 
         """
-        ended = self.act(
-            'execute_shot',
-            self.execute_shot,
-            goal,
-            lambda ended: self._wait_for_end(goal, ended, may_fire, on_aimed),
-        )
-        if ended is None:
-            raise NotReadyError('action execute_shot does not end')
-        return ended
+        now = 1e-9 * self.get_clock().now().nanoseconds
+        left = conversions.seconds(goal.expiry) - now + 60.0
 
-    def answer(self, sent: Any, name: str) -> Any:
+        def waits(ready: Callable[[], object]) -> bool:
+            return self.until(lambda: ended.done() or ready(), left) and not ended.done()
+
+        with self._acting('execute_shot', self.execute_shot, goal) as ended:
+            if waits(lambda: self._is_aimed(goal)):
+                on_aimed()
+                if waits(may_fire):
+                    self._arm_and_wait(goal.plan.shot_id, ended, left)
+        if not ended.done():
+            raise NotReadyError('action execute_shot does not end')
+        return result_of(ended)
+
+    def _arm_and_wait(self, shot_id: str, ended: 'Future[Any]', left: float) -> None:
+        armed = self._arm.call_async(Arm.Request(shot_id=shot_id))
+        self.until(lambda: armed.done() or ended.done(), ANSWER_TIMEOUT)
+        if armed.done() and not result_of(armed).success:
+            self.get_logger().error(f'not armed: {result_of(armed).message}')
+        else:
+            self.until(ended.done, left)
+
+    def call(self, client: 'Client[Any, Any]', request: Any) -> Any:
+        """Call a service once, and return its answer; NotReadyError if there is none."""
+        return self.answer(client.call_async(request), client.service_name)
+
+    def answer(self, sent: 'Future[Any]', name: str) -> Any:
         """Wait for the future of an answer, and return the answer; `name` is who is to answer."""
         if not self.until(sent.done, ANSWER_TIMEOUT):
             raise NotReadyError(f'no answer from {name} within {ANSWER_TIMEOUT:g} s')
         return result_of(sent)
 
-    def act(
-        self,
-        name: str,
-        action: 'ActionClient[Any, Any, Any]',
-        goal: Any,
-        wait: Callable[[Any], object],
-    ) -> Any:
+    @contextmanager
+    def _acting(
+        self, name: str, action: 'ActionClient[Any, Any, Any]', goal: Any
+    ) -> 'Iterator[Future[Any]]':
         """
-        Send a goal of an action, and return its status and result; None if it does not end.
+        Send a goal of an action; wait in the block for the future of its status and result.
 
-        `wait` waits for the future of the result. If the goal has not ended after that, or the
-        wait is interrupted, it is cancelled.
+        If the goal has not ended at the end of the block, it is cancelled.
         """
         handle = self.answer(action.send_goal_async(goal), f'action {name}')
         if not handle.accepted:
             raise NotReadyError(f'action {name} rejects the goal: {self._reason("cue_driver")}')
         ended = handle.get_result_async()
         try:
-            wait(ended)
+            yield ended
         finally:
             if not ended.done():
                 handle.cancel_goal_async()
                 self.until(ended.done, 2.0)
-        return result_of(ended) if ended.done() else None
-
-    def _wait_for_end(
-        self,
-        goal: ExecuteShot.Goal,
-        ended: Any,
-        may_fire: Callable[[], bool],
-        on_aimed: Callable[[], object],
-    ) -> None:
-        now = 1e-9 * self.get_clock().now().nanoseconds
-        left = conversions.seconds(goal.expiry) - now + 60.0
-        if not self.until(lambda: ended.done() or self._is_aimed(goal), left):
-            return
-        if not ended.done():
-            on_aimed()
-        self.until(lambda: ended.done() or may_fire(), left)
-        if not ended.done():
-            answer = self._arm.call_async(Arm.Request(shot_id=goal.plan.shot_id))
-            self.until(lambda: answer.done() or ended.done(), ANSWER_TIMEOUT)
-            if answer.done() and not result_of(answer).success:
-                self.get_logger().error(f'not armed: {result_of(answer).message}')
-                return
-        self.until(ended.done, left)
 
     def _is_aimed(self, goal: ExecuteShot.Goal) -> bool:
         last = self.states[-1]

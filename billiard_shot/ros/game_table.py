@@ -124,7 +124,7 @@ class GameTable:
 
     def _place_simulated(self, balls: Places) -> None:
         request = PlaceBalls.Request(balls=balls_message(balls))
-        answer = self.client.answer(self._place.call_async(request), 'table_sim/place')
+        answer = self.client.call(self._place, request)
         if not answer.success:
             raise TableUnknownError(f'table_sim/place: {answer.message}')
 

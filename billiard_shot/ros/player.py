@@ -17,12 +17,12 @@ import gc
 import math
 import signal
 import sys
+from typing import Any
 
 from action_msgs.msg import GoalStatus
 from billiard_shot_msgs.action import ExecuteShot
 from billiard_shot_msgs.msg import Target
 from billiard_shot_msgs.srv import PredictShot
-import numpy as np
 from rclpy.signals import SignalHandlerOptions
 import yaml
 
@@ -66,8 +66,13 @@ from billiard_shot.shot.stroke_options import (
 MAX_VALIDITY = 3600.0
 """Longest time within which a shot must be fired [s]."""
 
+MAX_BUDGET = 2**32 - 1
+"""Largest number of strokes to simulate that fits into a goal."""
+
 SIGNAL_PERIOD = 0.05
 """Time between two checks for caught signals [s]."""
+
+say = partial(print, flush=True)
 
 PLAYED, SHOT_FAILED, NOT_READY = 0, 1, 3
 """Exit codes; argparse ends with 2."""
@@ -93,83 +98,76 @@ def play_shot(client: RobotClient, name: str, goal: ExecuteShot.Goal, arm: bool)
         PredictShot.Request(cue_pose=plan.cue_pose, speed=plan.speed, use_table_state=True)
     )
     status = Status(answer.status)
-    print(f'{name}: {plan.speed:g} m/s, elevation {plan.elevation + 0.0:g} rad', flush=True)
+    say(f'{name}: {plan.speed:g} m/s, elevation {plan.elevation + 0.0:g} rad')
     if status.refused:
-        print(f'  predicted   {status.name}: {answer.message}')
+        say(f'  predicted   {status.name}: {answer.message}')
         return False
-    expected = conversions.vectors(answer.trajectory.positions)[-1][:2]
 
     def tell_how_to_fire() -> None:
         service = client.resolve_service_name('cue_driver/arm')
-        print(
+        say(
             f'  aimed       to fire, type {FIRE} and Enter, or: ros2 service call {service} '
-            f'billiard_shot_msgs/srv/Arm "{{shot_id: {plan.shot_id}}}"',
-            flush=True,
+            f'billiard_shot_msgs/srv/Arm "{{shot_id: {plan.shot_id}}}"'
         )
 
     response = client.execute(goal) if arm else client.execute(goal, typed_fire, tell_how_to_fire)
     result = response.result
     executed = f'  executed    {GoalOutcome(result.outcome).name}: {result.message}'
     if response.status != GoalStatus.STATUS_SUCCEEDED:
-        print(executed, flush=True)
+        say(executed)
         return False
     speed = result.strike.speed
-    print(
+    say(
         f'{executed}: {speed:.4f} m/s ({100 * (speed / plan.speed - 1):+.3f} %), '
-        f'elevation {result.elevation:.5f} rad',
-        flush=True,
+        f'elevation {result.elevation:.5f} rad'
     )
     balls = client.wait_for_rest(result.strike.header.stamp)
     if CUE_BALL not in balls:
-        print('  outcome     the cue ball is not on the table', flush=True)
+        say('  outcome     the cue ball is not on the table')
     else:
-        rest = np.array(balls[CUE_BALL].position)
-        print(
-            f'  outcome     rests at ({rest[0]:.4f}, {rest[1]:.4f}) m, '
-            f'{1e3 * np.hypot(*(rest - expected)):.2f} mm from the prediction',
-            flush=True,
-        )
+        x, y = balls[CUE_BALL].position
+        expected = conversions.vectors(answer.trajectory.positions)[-1]
+        apart = math.dist((x, y), expected[:2])
+        there = f'({x:.4f}, {y:.4f}) m'
+        say(f'  outcome     rests at {there}, {1e3 * apart:.2f} mm from the prediction')
     return True
 
 
 def play_stroke(
-    client: RobotClient, stroke: Stroke, scene: Scene, name: str, options: argparse.Namespace
+    client: RobotClient, name: str, stroke: Stroke, scene: Scene, options: argparse.Namespace
 ) -> bool:
     """Play a given stroke and print the result; return False if it was not played."""
     try:
         goal = client.goal(stroke, scene, f'{name} {short_id()}', options.valid_for)
     except RefusedError as error:
-        print(f'{name}: {error}', flush=True)
+        say(f'{name}: {error}')
         return False
     return play_shot(client, name, goal, options.arm)
 
 
-def play_target(client: RobotClient, text: str, options: argparse.Namespace) -> bool:
-    """Plan for a target in YAML, play, and print the result; return False if it was missed."""
-    target = _target_of(text)
+def play_target(
+    client: RobotClient, text: str, target: Target, options: argparse.Namespace
+) -> bool:
+    """Plan for a target, play, and print the result; return False if it was missed."""
+    wishes = {name: getattr(options, name) for name in ('first_contact', 'keep', 'budget')}
     try:
-        result = client.plan(
-            target,
-            first_contact=options.first_contact,
-            keep=options.keep,
-            budget=options.budget,
-        )
+        result = client.plan(target, **wishes)
     except NoPlanError as error:
-        print(f'{text}: {error}', flush=True)
+        say(f'{text}: {error}')
         return False
     best = result.plans[0]
     success = estimate_in_words(best.success, best.trials, (best.success_low, best.success_high))
-    print(
+    say(
         f'{text}: {best.kind}, success {success}; {result.simulations} strokes simulated in '
         f'{result.compute_time:.2f} s'
     )
     if best.warning:
-        print(f'  warning     {best.warning}')
+        say(f'  warning     {best.warning}')
     goal = client.goal_to_play(best.plan, options.valid_for)
     if not play_shot(client, '  planned', goal, options.arm):
         return False
     reached, words = check_outcome(target, client.balls())
-    print(f'  target      {words}', flush=True)
+    say(f'  target      {words}')
     return reached
 
 
@@ -194,32 +192,24 @@ def check_outcome(target: Target, balls: Balls) -> tuple[bool, str]:
 # --- the program --------------------------------------------------------------------------------
 
 
-def _target_of(text: str) -> Target:
-    return target_message(yaml.safe_load(text))
-
-
-def _target(text: str) -> str:
+def _target(text: str) -> tuple[str, Target]:
     try:
-        _target_of(text)
+        return text, target_message(yaml.safe_load(text))
     except (ValueError, yaml.YAMLError) as error:
         raise argparse.ArgumentTypeError(str(error)) from None
-    return text
 
 
-def _validity(text: str) -> float:
-    seconds = float(text)
-    if not 0.0 < seconds <= MAX_VALIDITY:
-        raise argparse.ArgumentTypeError(
-            f'must be above 0 and at most {MAX_VALIDITY:g}, got {text} (s)'
-        )
-    return seconds
+def _number(kind: type, most: float) -> Callable[[str], float]:
+    """Type of an option for a number above 0 and at most `most`."""
 
+    def read(text: str) -> float:
+        number: float = kind(text)
+        if not 0 < number <= most:
+            raise argparse.ArgumentTypeError(f'must be above 0 and at most {most}, got {text}')
+        return number
 
-def _budget(text: str) -> int:
-    number = int(text)
-    if not 1 <= number < 2**32:
-        raise argparse.ArgumentTypeError(f'must be at least 1, got {text}')
-    return number
+    read.__name__ = kind.__name__  # in messages of argparse
+    return read
 
 
 def add_client_arguments(parser: argparse.ArgumentParser) -> None:
@@ -240,19 +230,19 @@ def add_client_arguments(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def run_player_client(
-    make: Callable[[], RobotClient],
-    rounds: Sequence[Callable[[RobotClient], bool]],
-    wait: Callable[[RobotClient], None],
+def run_client(
     name: str,
     args: Sequence[str] | None,
+    work: Callable[[RobotClient], bool],
     *,
     serves: bool = False,
+    **options: Any,
 ) -> None:
     """
-    Make a client, do the rounds until one fails, and exit with one of the codes of `CLIENT_HELP`.
+    Do some work with a client, and exit with one of the codes of `CLIENT_HELP`.
 
-    A client that `serves` is a node, which ends with 0 after a signal.
+    A client that `serves` is a node, which ends with 0 after a signal. `options` are parameters
+    of `RobotClient`.
     """
     caught: list[int] = []
 
@@ -267,11 +257,10 @@ def run_player_client(
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, lambda number, _: caught.append(number))
         try:
-            client = make()
+            client = RobotClient(name, **options)
             steady_timer(client, SIGNAL_PERIOD, end_if_caught)
             gc.freeze()  # a long garbage collection would silence the safety inputs
-            wait(client)
-            code = PLAYED if all(play(client) for play in rounds) else SHOT_FAILED
+            code = PLAYED if work(client) else SHOT_FAILED
         except (NotReadyError, TimeoutError) as error:
             print(f'{name}: {error}', file=sys.stderr)
             code = NOT_READY
@@ -300,7 +289,7 @@ def main(args: Sequence[str] | None = None) -> None:
         )
     parser.add_argument(
         '--budget',
-        type=_budget,
+        type=_number(int, MAX_BUDGET),
         default=0,
         metavar='N',
         help="largest number of strokes to simulate for a plan (the planner's parameter)",
@@ -310,7 +299,7 @@ def main(args: Sequence[str] | None = None) -> None:
     )
     parser.add_argument(
         '--valid-for',
-        type=_validity,
+        type=_number(float, MAX_VALIDITY),
         default=VALIDITY,
         metavar='S',
         help=f'time in seconds within which a shot must be fired ({VALIDITY:g})',
@@ -326,43 +315,38 @@ def main(args: Sequence[str] | None = None) -> None:
     plays = strokes_given(options) or options.targets or plays_game
     if options.serve and plays:
         parser.error('--serve must not be given together with a stroke, a TARGET or a game')
-    rounds: list[Callable[[RobotClient], bool]] = []
+    strokes: dict[str, Stroke] = {}
     try:
         scene = Scene.load(options.scene)
-        if options.serve:
-            rounds = [lambda client: TurnServer(GameTable(client, scene)).serve()]
         if strokes_given(options) or not (plays or options.serve):  # without any: an error
-            rounds += [
-                partial(play_stroke, stroke=stroke, scene=scene, name=name, options=options)
-                for name, stroke in strokes_from_options(options, scene).items()
-            ]
-        rounds += [partial(play_target, text=text, options=options) for text in options.targets]
-        if plays_game:
-            state = first_state(options, scene)
-            rounds.append(partial(play_turn, state=state, scene=scene, options=options))
+            strokes = strokes_from_options(options, scene)
+        state = first_state(options, scene) if plays_game else None
     except (ValueError, OSError) as error:
         parser.error(str(error))
 
-    def wait(client: RobotClient) -> None:
-        if options.serve or plays_game:
+    def work(client: RobotClient) -> bool:
+        if options.serve or state:
             wait_for_library(client)
+        if options.serve:
+            return TurnServer(GameTable(client, scene)).serve()
         if options.targets:
             client.wait_for_planner()
-        if options.targets or strokes_given(options):
-            client.wait_for_all()
-        elif plays_game:
-            client.wait_for_driver()
+        if options.targets or strokes:
+            client.wait_for_predictor()
+        client.wait_for_driver()
+        return (
+            all(play_stroke(client, *named, scene, options) for named in strokes.items())
+            and all(play_target(client, text, target, options) for text, target in options.targets)
+            and (state is None or play_turn(client, state, scene, options))
+        )
 
-    run_player_client(
-        lambda: RobotClient(
-            simulate_safety_inputs=options.simulate_safety_inputs,
-            timeout=options.wait,
-        ),
-        rounds,
-        wait,
+    run_client(
         'player',
         args,
+        work,
         serves=options.serve,
+        simulate_safety_inputs=options.simulate_safety_inputs,
+        timeout=options.wait,
     )
 
 

@@ -15,7 +15,7 @@ from billiard_shot.cue.sightings import Sighting
 from billiard_shot.ros import conversions, cue_conversions
 from billiard_shot.ros.client import RobotClient
 from billiard_shot.ros.node_runner import own_arguments, parser_of
-from billiard_shot.ros.player import add_client_arguments, CLIENT_HELP, run_player_client
+from billiard_shot.ros.player import add_client_arguments, CLIENT_HELP, run_client
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.stroke_options import strokes_from_options
 from billiard_shot.table.motion import Motion
@@ -92,17 +92,15 @@ def main(args: Sequence[str] | None = None) -> None:
     except (ValueError, OSError) as error:
         parser.error(str(error))
 
-    def wait(client: RobotClient) -> None:
+    def ask(client: RobotClient) -> bool:
         client.wait_for_predictor()
+        ball = scene.cue_ball[:2]
         if options.table:
             client.wait_for_table()
-
-    def ask(client: RobotClient) -> bool:
+            if seen := client.balls().get(CUE_BALL):
+                ball = seen.position
         refused = False
         for name, stroke in strokes.items():
-            ball = scene.cue_ball[:2]
-            if options.table and CUE_BALL in client.balls():
-                ball = client.balls()[CUE_BALL].position
             request = request_of(stroke, scene, ball)
             request.use_table_state, request.all_balls = options.table, True
             request.tolerance = options.tolerance
@@ -111,13 +109,7 @@ def main(args: Sequence[str] | None = None) -> None:
             refused |= Status(response.status).refused
         return not refused
 
-    run_player_client(
-        lambda: RobotClient('predict_shot', timeout=options.wait),
-        [ask],
-        wait,
-        'predict_shot',
-        args,
-    )
+    run_client('predict_shot', args, ask, timeout=options.wait)
 
 
 if __name__ == '__main__':

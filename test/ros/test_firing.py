@@ -285,7 +285,11 @@ def test_exit_codes_and_messages(shell, arguments, code, words):
         (player, "'{rest: 3}'", 'rest must be two finite numbers, (x, y), got 3'),
         (player, "'{rest: ['", 'TARGET'),
         (player, '--speed 1 --serve', '--serve must not be given together with a stroke'),
-        (player, "'{rest: [0, 0]}' --budget -1", 'must be at least 1, got -1'),
+        (
+            player,
+            "'{rest: [0, 0]}' --budget -1",
+            'must be above 0 and at most 4294967295',
+        ),
     ],
 )
 def test_wrong_arguments_end_with_exit_code_2(program, arguments, words, capsys):
