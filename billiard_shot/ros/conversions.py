@@ -230,7 +230,7 @@ def place_balls(
     if request.use_table_state:
         scene = table_scene(scene, table, frame)
         return scene, scene.cue_ball
-    return scene, resting('ball_position', request.ball_position, scene.ball.radius)
+    return scene, _resting('ball_position', request.ball_position, scene.ball.radius)
 
 
 def check_frame(field: str, header: Header, frame: str) -> None:
@@ -250,11 +250,6 @@ def check_frame(field: str, header: Header, frame: str) -> None:
 # --- responses ----------------------------------------------------------------------------------
 
 
-def refused_response(status: Status, message: str) -> PredictShot.Response:
-    """Make the answer to a request without a prediction; the message says why."""
-    return PredictShot.Response(status=int(status), message=message)
-
-
 def response_of(shot: Shot, sample_count: int, all_balls: bool = False) -> PredictShot.Response:
     """
     Make the answer for a shot; `trajectory_message` describes the samples of its trajectories.
@@ -262,7 +257,7 @@ def response_of(shot: Shot, sample_count: int, all_balls: bool = False) -> Predi
     A shot with numbers that are not finite becomes a refusal.
     """
     if shot.status.refused:
-        return refused_response(shot.status, shot.message)
+        return PredictShot.Response(status=int(shot.status), message=shot.message)
     trajectory = trajectory_message(shot.trajectory, sample_count)
     others = [
         trajectory_message(ball, sample_count, name)
@@ -284,20 +279,13 @@ def response_of(shot: Shot, sample_count: int, all_balls: bool = False) -> Predi
         error_estimate=float(shot.error_estimate),
         compute_time=float(shot.wall_time),
     )
-    numbers = (
-        shot.velocity,
-        shot.spin,
-        shot.cue_speed,
-        shot.error_estimate,
-        *(
-            getattr(each, field)
-            for each in (trajectory, *others)
-            for field in ('times', 'positions', 'velocities', 'spins')
-        ),
-    )
+    numbers: list[Any] = [shot.velocity, shot.spin, shot.cue_speed, shot.error_estimate]
+    for each in (trajectory, *others):
+        numbers += [each.times, each.positions, each.velocities, each.spins]
     if not all(np.isfinite(values).all() for values in numbers):
-        return refused_response(
-            Status.INVALID_REQUEST, 'cue_pose, speed, ball_position: too large to compute with'
+        return PredictShot.Response(
+            status=int(Status.INVALID_REQUEST),
+            message='cue_pose, speed, ball_position: too large to compute with',
         )
     return response
 
@@ -385,16 +373,8 @@ def _finite(field: str, message: Any, axes: str, status: Status) -> tuple[float,
     return values
 
 
-def resting(field: str, point: Point, radius: float) -> Triple:
-    """
-    Centre of a ball on the cloth [m], of which x, y and perhaps a measured height are given.
-
-    Raises
-    ------
-    BadRequestError
-        INVALID_REQUEST, with the field, its value and the allowed range.
-
-    """
+def _resting(field: str, point: Point, radius: float) -> Triple:
+    """Centre of a ball on the cloth [m], of which x, y and perhaps a measured height are given."""
     x, y, z = _finite(field, point, 'xyz', Status.INVALID_REQUEST)
     if z != 0.0 and not abs(z - radius) <= HEIGHT_ERROR:
         raise _invalid(

@@ -1,9 +1,9 @@
 """Conversions between messages and the mechanical cue's library, both ways: pure functions."""
 
-from collections.abc import Container, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 from billiard_shot_msgs.action import ExecuteShot
-from billiard_shot_msgs.msg import BallState, Plan, Strike, TableState
+from billiard_shot_msgs.msg import Plan, Strike
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import Point, Pose, Quaternion
@@ -174,32 +174,6 @@ def diagnostics_message(
         values=[KeyValue(key=key, value=value) for key, value in values.items()],
     )
     return DiagnosticArray(header=Header(stamp=stamp), status=[status])
-
-
-# --- the table ----------------------------------------------------------------------------------
-
-
-def table_message(
-    balls: Mapping[str, tuple[float, float, float]],
-    pocketed: Container[str],
-    moving: Container[str],
-    snapshot: int,
-    header: Header,
-) -> TableState:
-    """Message of the centres of the balls [m]; those in `pocketed` are off the table."""
-    return TableState(
-        header=header,
-        snapshot_id=snapshot,
-        balls=[
-            BallState(
-                id=name,
-                state=BallState.POCKETED if name in pocketed else BallState.ON_TABLE,
-                position=filled(Point, place),
-                moving=name in moving,
-            )
-            for name, place in balls.items()
-        ],
-    )
 
 
 # --- joints -------------------------------------------------------------------------------------

@@ -150,7 +150,12 @@ def _renamed(message: str, names: dict[str, str]) -> str:
 
 def requested_target(target: Target) -> dict[str, Any] | None:
     """Read a target in the form that `plan` takes; None for the target of the node."""
-    point = target.point.x, target.point.y
+    point, other, direction = (
+        (each.x, each.y) for each in (target.point, target.other_point, target.direction)
+    )
+    ball, *more = target.balls or ['']
+    if target.kind == Target.HIT and (more or not ball):
+        raise ValueError(f'target.balls must be one name, got {list(target.balls)}')
     found: dict[str, Any]
     match target.kind:
         case Target.DEFAULT:
@@ -160,31 +165,25 @@ def requested_target(target: Target) -> dict[str, Any] | None:
         case Target.PASS:
             found = {'pass': point}
         case Target.GATE:
-            return {'gate': (point, (target.other_point.x, target.other_point.y))}
+            return {'gate': (point, other)}
         case Target.HIT:
-            if len(target.balls) != 1:
-                raise ValueError(f'target.balls must be one name, got {list(target.balls)}')
-            found = {'hit': target.balls[0]}
+            found = {'hit': ball, 'at': target.use_point and point}
             if target.use_direction:
-                found['direction'] = target.direction.x, target.direction.y
-                if target.within:
-                    found['direction_tolerance_deg'] = math.degrees(target.within)
-            if target.use_point:
-                found['at'] = point
+                found |= {
+                    'direction': direction,
+                    'direction_tolerance_deg': math.degrees(target.within),
+                }
         case Target.POT:
             found = {
                 'pot': list(target.balls) or 'any',
                 'pocket': list(target.pockets) or 'any',
+                'leave': target.use_point and point,
             }
-            if target.use_point:
-                found['leave'] = point
         case _:
             raise ValueError(
                 f'target.kind must be one of its constants, 0 to 5, got {target.kind}'
             )
-    if target.radius:
-        found['radius'] = target.radius
-    return found
+    return {name: value for name, value in {**found, 'radius': target.radius}.items() if value}
 
 
 def target_message(target: Mapping[str, Any]) -> Target:

@@ -37,22 +37,16 @@ def response_text(response: PredictShot.Response, brief: bool = False) -> str:
     """Format a response: status and ball and, unless `brief`, the cue and the trajectories."""
     status = Status(response.status)
     lines = [f'  {status.name}' + (f': {response.message}' if response.message else '')]
-    if status.refused:
-        return lines[0]
-    if brief:
+    if not status.refused:
         v, w = response.velocity, response.spin
-        return (
-            f'{lines[0]}\n  ball velocity {v.x:.4f} {v.y:.4f} {v.z:.4f} m/s, '
+        lines.append(
+            f'  ball velocity {v.x:.4f} {v.y:.4f} {v.z:.4f} m/s, '
             f'spin {w.x:.4f} {w.y:.4f} {w.z:.4f} rad/s'
         )
-    for name, vector, unit in (
-        ('velocity', response.velocity, 'm/s'),
-        ('spin', response.spin, 'rad/s'),
-    ):
-        lines.append(f'  ball {name:9}{vector.x:11.4f}{vector.y:11.4f}{vector.z:11.4f}  {unit}')
-    lines.append(f'  cue speed     {response.cue_speed:11.4f}{"":24}m/s')
-    for trajectory in (response.trajectory, *response.other_balls):
-        lines += _samples(trajectory)
+        if not brief:
+            lines.append(f'  cue speed {response.cue_speed:.4f} m/s')
+            for trajectory in (response.trajectory, *response.other_balls):
+                lines += _samples(trajectory)
     return '\n'.join(lines)
 
 

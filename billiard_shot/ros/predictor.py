@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import re
 from time import perf_counter
 import traceback
+from typing import Any
 
 from billiard_shot_msgs.msg import TableState
 from billiard_shot_msgs.srv import PredictShot, PredictShots
@@ -95,26 +96,19 @@ class Predictor(Node):
         self._table = message
 
     def _predict_shot(
-        self,
-        request: PredictShot.Request,
-        _: PredictShot.Response,
+        self, request: PredictShot.Request, response: PredictShot.Response
     ) -> PredictShot.Response:
+        own = self._own
         try:
-            scene, ball = conversions.place_balls(
-                request, self._scene, self._table, self._own.frame
-            )
+            scene, ball = conversions.place_balls(request, self._scene, self._table, own.frame)
             stroke = conversions.stroke_of(request.cue_pose, request.speed, ball)
-        except conversions.BadRequestError as error:
-            return conversions.refused_response(error.status, str(error))
-        try:
             shot = predict(
-                scene, stroke, tolerance=request.tolerance or self._own.tolerance, position=ball
+                scene, stroke, tolerance=request.tolerance or own.tolerance, position=ball
             )
         except ValueError as error:
-            return conversions.refused_response(Status.INVALID_REQUEST, _at_ball(error))
-        response = conversions.response_of(
-            shot, request.sample_count or self._own.sample_count, request.all_balls
-        )
+            return _refused(response, error)
+        samples = request.sample_count or own.sample_count
+        response = conversions.response_of(shot, samples, request.all_balls)
         if response.trajectory.times:
             self._shown = shot
             # The executor sends the answer when this callback returns, before it runs the timer.
@@ -124,33 +118,26 @@ class Predictor(Node):
         return response
 
     async def _predict_shots(
-        self, request: PredictShots.Request, _: PredictShots.Response
+        self, request: PredictShots.Request, response: PredictShots.Response
     ) -> PredictShots.Response:
+        own, begin = self._own, perf_counter()
         try:
-            scene, ball = conversions.place_balls(
-                request, self._scene, self._table, self._own.frame
-            )
+            scene, ball = conversions.place_balls(request, self._scene, self._table, own.frame)
             batch = conversions.requested_batch(request, scene, ball)
-        except conversions.BadRequestError as error:
-            return PredictShots.Response(status=int(error.status), message=str(error))
-        begin = perf_counter()
-        tolerance = request.tolerance or self._own.tolerance
+            tolerance = request.tolerance or own.tolerance
 
-        def compute() -> PredictShots.Response:
-            result = predict_batch(
-                scene, batch.normals, batch.velocities, tolerance, position=ball
-            )
-            return conversions.batch_response(batch, result, perf_counter() - begin)
+            def compute() -> PredictShots.Response:
+                result = predict_batch(
+                    scene, batch.normals, batch.velocities, tolerance, position=ball
+                )
+                return conversions.batch_response(batch, result, perf_counter() - begin)
 
-        try:
-            answer: PredictShots.Response = await in_thread(self, compute)
-            return answer
+            response = await in_thread(self, compute)
         except Exception as error:  # an answer that never comes is worse than a refusal
             if not isinstance(error, ValueError):
                 self.get_logger().error(traceback.format_exc())
-            return PredictShots.Response(
-                status=int(Status.INVALID_REQUEST), message=_at_ball(error)
-            )
+            _refused(response, error)
+        return response
 
     def _show(self) -> None:
         self._show_timer.cancel()
@@ -165,9 +152,11 @@ class Predictor(Node):
         self._record.publish(String(data=to_json(shot)))
 
 
-def _at_ball(error: Exception) -> str:
-    """Message of an error of the library, with the name of the request's field."""
-    return re.sub(r'^position\b', 'ball_position', str(error) or repr(error))
+def _refused(response: Any, error: Exception) -> Any:
+    """Refuse a request because of an error; the library's names become those of the fields."""
+    response.status = int(getattr(error, 'status', Status.INVALID_REQUEST))
+    response.message = re.sub(r'^position\b', 'ball_position', str(error) or repr(error))
+    return response
 
 
 def main(args: Sequence[str] | None = None) -> None:

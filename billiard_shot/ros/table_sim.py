@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from time import monotonic
 from typing import Any, ClassVar
 
-from billiard_shot_msgs.msg import Strike, TableState
+from billiard_shot_msgs.msg import BallState, Strike, TableState
 from billiard_shot_msgs.srv import PlaceBalls
 from geometry_msgs.msg import Point
 import numpy as np
@@ -15,9 +15,9 @@ from std_msgs.msg import Header, String
 from std_srvs.srv import Trigger
 
 from billiard_shot import predict
-from billiard_shot.ros import cue_conversions as conversions
 from billiard_shot.ros import parameters
 from billiard_shot.ros.conversions import check_frame, filled, requested_scene
+from billiard_shot.ros.cue_conversions import measured_stroke
 from billiard_shot.ros.cue_parameters import guided_scene, OfGuidedScene
 from billiard_shot.ros.node_runner import LATCHED, spin_node, steady_timer, warm_up
 from billiard_shot.ros.parameters import OfTable
@@ -105,14 +105,14 @@ class TableSim(Node):
         self._motions: Mapping[str, Trajectory] = {}
         self._begin = 0.0
         self._random = np.random.default_rng(own.seed)
-        self._table: Publisher[Any] | None = None
-        self._camera: Publisher[Any] | None = None
+        self._is_camera = own.camera
+        self._publisher: Publisher[Any]
         if own.camera:
             from vision_msgs.msg import Detection3DArray
 
-            self._camera = self.create_publisher(Detection3DArray, 'detections', 10)
+            self._publisher = self.create_publisher(Detection3DArray, 'detections', 10)
         else:
-            self._table = self.create_publisher(TableState, 'table_state', LATCHED)
+            self._publisher = self.create_publisher(TableState, 'table_state', LATCHED)
         self._record = self.create_publisher(String, '~/shot', LATCHED)
         self._put(self._scene)
         steady_timer(self, 1.0 / own.rate, self._see)
@@ -157,7 +157,7 @@ class TableSim(Node):
         try:
             check_frame('header.frame_id', message.header, self.get_parameter('frame').value)
             scene = replace(self._scene, balls=places)
-            stroke = conversions.measured_stroke(message, scene.cue_ball)
+            stroke = measured_stroke(message, scene.cue_ball)
         except ValueError as error:
             self.get_logger().error(f'ignored a strike: {error}')
             return
@@ -173,7 +173,7 @@ class TableSim(Node):
         if self._motions:
             self._move(self._real_time_factor * (monotonic() - self._begin))
             self._snapshot += 1
-        elif self._table and monotonic() - self._published < REST_PERIOD:
+        elif not self._is_camera and monotonic() - self._published < REST_PERIOD:
             return
         self._publish()
 
@@ -190,16 +190,21 @@ class TableSim(Node):
     def _publish(self) -> None:
         self._published = monotonic()
         header = parameters.table_header(self)
-        if self._camera:
-            places = {name: each for name, each in self._balls.items() if name not in self._gone}
+        on_table = {name: each for name, each in self._balls.items() if name not in self._gone}
+        if self._is_camera:
             errors = parameters.read(CameraErrors, self)
-            self._camera.publish(detections_message(places, errors, self._random, header))
-        if self._table:
-            self._table.publish(
-                conversions.table_message(
-                    self._balls, self._gone, self._motions, self._snapshot, header
-                )
+            self._publisher.publish(detections_message(on_table, errors, self._random, header))
+            return
+        balls = [
+            BallState(
+                id=name,
+                state=BallState.ON_TABLE if name in on_table else BallState.POCKETED,
+                position=filled(Point, place),
+                moving=name in self._motions,
             )
+            for name, place in self._balls.items()
+        ]
+        self._publisher.publish(TableState(header=header, snapshot_id=self._snapshot, balls=balls))
 
 
 def detections_message(
