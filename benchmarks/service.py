@@ -59,7 +59,7 @@ def ratio(predictor, yardstick, request, rounds=2000):
     medians = []
     for client in times:
         p50, p99 = np.percentile(times[client][rounds // 10 :], (50, 99))
-        print(f'{client.service_name:16} p50 {p50:6.3f} ms   p99 {p99:6.3f} ms')
+        print(f'{client.client.service_name:16} p50 {p50:6.3f} ms   p99 {p99:6.3f} ms')
         medians.append(p50)
     return medians[0] / medians[1]
 
@@ -98,8 +98,8 @@ def main():
                 node = rclpy.create_node('benchmark')
                 predictor = ServiceCaller(node, PredictShot, 'predict_shot')
                 yardstick = ServiceCaller(node, SetBool, 'yardstick')
-                assert predictor.wait_for_service(60.0)
-                assert yardstick.wait_for_service(60.0)
+                assert predictor.client.wait_for_service(60.0)
+                assert yardstick.client.wait_for_service(60.0)
                 scene = Scene.load('paper')
                 strokes = read_strokes(config_file('strokes/paper.yaml'), scene.cue_ball)
                 requests = [request_of(stroke, scene) for stroke in strokes.values()]

@@ -194,7 +194,7 @@ class RobotClient(Node):
 
     def wait_for_predictor(self) -> None:
         """Wait for the predictor; NotReadyError says why it is not ready."""
-        self._wait('predictor', self._predict.service_is_ready)
+        self._wait('predictor', self._predict.client.service_is_ready)
 
     def wait_for_planner(self) -> None:
         """Wait for the planner; NotReadyError says why it is not ready."""
@@ -308,9 +308,9 @@ class RobotClient(Node):
         """Call the predictor."""
         return self._predict.call(request, repeatable=True)
 
-    def plan(self, target: Target, **goal: Any) -> PlanShot.Result:
+    def plan(self, target: Target, budget: int = 0) -> PlanShot.Result:
         """Plan for a target and the current balls; NoPlanError if no stroke is found."""
-        request = PlanShot.Goal(target=target, balls=self.known_table().balls, **goal)
+        request = PlanShot.Goal(target=target, balls=self.known_table().balls, budget=budget)
         with self._acting('plan_shot', self._plan, request) as ended:
             self.until(ended.done, PLAN_TIME)
         if not ended.done():

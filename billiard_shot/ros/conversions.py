@@ -18,7 +18,7 @@ from std_msgs.msg import Header
 from billiard_shot import effects_of, Scene, Shot, Stroke, Trajectory
 from billiard_shot.cue.lying import positions_of
 from billiard_shot.cue.sightings import Sighting
-from billiard_shot.records import Triple
+from billiard_shot.records import Array, Triple
 from billiard_shot.ros.parameters import MAX_SAMPLES
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.predict import BatchResult
@@ -56,8 +56,8 @@ def stroke_of(pose: Pose, speed: float, ball: Triple) -> Stroke:
 
     """
     invalid = Status.INVALID_STROKE
-    position = _finite('cue_pose.position', pose.position, 'xyz', invalid)
-    quaternion = _finite('cue_pose.orientation', pose.orientation, 'xyzw', invalid)
+    position = _finite('cue_pose.position', pose.position, invalid)
+    quaternion = _finite('cue_pose.orientation', pose.orientation, invalid)
     length = math.hypot(*quaternion)
     if not 1e-6 < length < math.inf:
         raise BadRequestError(invalid, f'cue_pose.orientation must not be zero, got {quaternion}')
@@ -73,8 +73,8 @@ def stroke_of(pose: Pose, speed: float, ball: Triple) -> Stroke:
 class Batch(NamedTuple):
     """Strokes of a request; the rows of strokes that cannot be predicted are not finite."""
 
-    normals: NDArray[np.float64]
-    velocities: NDArray[np.float64]
+    normals: Array
+    velocities: Array
     statuses: NDArray[np.uint16]  # of the strokes that cannot be predicted; else OK
 
 
@@ -295,7 +295,7 @@ def batch_response(batch: Batch, result: BatchResult, wall_time: float) -> Predi
     statuses = np.where(batch.statuses, batch.statuses, result.status)
     played = statuses < Status.MISS
 
-    def flat(values: NDArray[np.float64]) -> 'array[float]':
+    def flat(values: Array) -> 'array[float]':
         kept = played.reshape(-1, *[1] * (values.ndim - 1))
         return _doubles(np.where(kept & np.isfinite(values), values, 0.0))
 
@@ -329,14 +329,14 @@ def trajectory_message(trajectory: Trajectory, count: int, name: str = CUE_BALL)
     )
 
 
-def key_times(trajectory: Trajectory) -> NDArray[np.float64]:
+def key_times(trajectory: Trajectory) -> Array:
     """Find the times [s] of start, first changes of motion, and rest: at most `MAX_KEY_TIMES`."""
     segments = trajectory.segments
     changes = [now.start for before, now in pairwise(segments) if now.motion != before.motion]
     return np.unique([0.0, *changes[: MAX_KEY_TIMES - 2], trajectory.duration])
 
 
-def vectors(flat: 'array[float]') -> NDArray[np.float64]:
+def vectors(flat: 'array[float]') -> Array:
     """View the flat array of a message as an array (n, 3), without a copy."""
     return np.frombuffer(flat, dtype=np.float64).reshape(-1, 3)
 
@@ -360,22 +360,22 @@ def filled(kind: type, values: Any) -> Any:
     return kind(**dict(zip('xyzw', map(float, values), strict=False)))
 
 
-def _doubles(values: NDArray[np.float64]) -> 'array[float]':
+def _doubles(values: Array) -> 'array[float]':
     # Much faster than assigning a list, whose numbers are converted and checked one by one.
     return array('d', np.ascontiguousarray(values, dtype=np.float64).tobytes())
 
 
-def _finite(field: str, message: Any, axes: str, status: Status) -> tuple[float, ...]:
-    values = tuple(getattr(message, axis) for axis in axes)
-    for axis, value in zip(axes, values, strict=True):
+def _finite(field: str, message: Any, status: Status) -> tuple[float, ...]:
+    values = {axis: getattr(message, axis) for axis in message.get_fields_and_field_types()}
+    for axis, value in values.items():
         if not math.isfinite(value):
             raise BadRequestError(status, f'{field}.{axis} must be finite, got {value}')
-    return values
+    return tuple(values.values())
 
 
 def _resting(field: str, point: Point, radius: float) -> Triple:
     """Centre of a ball on the cloth [m], of which x, y and perhaps a measured height are given."""
-    x, y, z = _finite(field, point, 'xyz', Status.INVALID_REQUEST)
+    x, y, z = _finite(field, point, Status.INVALID_REQUEST)
     if z != 0.0 and not abs(z - radius) <= HEIGHT_ERROR:
         raise _invalid(
             f'{field}.z must be 0, for a ball on the cloth, or within {1e3 * HEIGHT_ERROR:g} mm '

@@ -6,6 +6,7 @@ from typing import Any
 
 from billiard_shot_msgs.msg import BallState, GameState, TurnShot
 from geometry_msgs.msg import Point
+import numpy as np
 
 from billiard_shot.game.game import find_game
 from billiard_shot.game.ruling import Ruling
@@ -41,10 +42,7 @@ def state_of(message: GameState, balls: Mapping[str, tuple[float, float]], scene
     }
     find_game(message.game)
     for name in ('choices', 'groups', 'fouls', 'scores'):
-        values[name] = tuple(values[name])
-    values['fouls'], values['scores'] = (
-        tuple(map(int, values[name])) for name in ('fouls', 'scores')
-    )
+        values[name] = tuple(np.asarray(values[name]).tolist())
     values['phase'] = message.phase or 'play'
     values['winner'] = None if message.winner == NOBODY else message.winner
     values['balls'] = {

@@ -1,6 +1,6 @@
 """The table of a robot in a game: watches the balls, has them put in their places."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import replace
 import math
 from time import monotonic
@@ -95,16 +95,14 @@ class GameTable:
 
         """
         seen = self.client.wait_for_rest()
-        if _apart(seen, state.balls):
-            what = ', '.join(
-                [
-                    *(f'{name} at ({x:.3f}, {y:.3f}) m' for name, (x, y) in _moves(seen, state)),
-                    *(f'{name} off the table' for name in seen if name not in state.balls),
-                ]
-            )
+        if moves := _moves(seen, state.balls):
+            what = ', '.join(moves)
             tell(f'put the balls in their places: {what}', state.balls)
             if self._place.service_is_ready():
-                self._place_simulated(state.balls)
+                request = PlaceBalls.Request(balls=balls_message(state.balls))
+                answer = self.client.call(self._place, request)
+                if not answer.success:
+                    raise TableUnknownError(f'table_sim/place: {answer.message}')
             if not self.client.until(lambda: self._lie_at(state.balls), PLACE_TIME):
                 raise TableUnknownError(f'the balls were not put in their places: {what}')
             seen = self.client.wait_for_rest()
@@ -120,27 +118,16 @@ class GameTable:
         if taken and now - self._forgot > FORGET_PERIOD and self._forget.service_is_ready():
             self._forgot = now
             self._forget.call_async(Trigger.Request())
-        return not _apart(seen, wanted)
-
-    def _place_simulated(self, balls: Places) -> None:
-        request = PlaceBalls.Request(balls=balls_message(balls))
-        answer = self.client.call(self._place, request)
-        if not answer.success:
-            raise TableUnknownError(f'table_sim/place: {answer.message}')
+        return not _moves(seen, wanted)
 
 
-def _moves(seen: Balls, state: State) -> list[tuple[str, tuple[float, float]]]:
-    """Balls that lie elsewhere, with the places where they belong [m]."""
-    return [(name, place) for name, place in state.balls.items() if _is_off(seen, name, place)]
-
-
-def _is_off(seen: Balls, name: str, place: tuple[float, float]) -> bool:
-    there = seen.get(name)
-    return there is None or math.dist(there.position, place) > PLACE_TOLERANCE
-
-
-def _apart(seen: Balls, wanted: Mapping[str, tuple[float, float]]) -> bool:
-    """Whether a ball lies elsewhere, is missing, or should not be there."""
-    return seen.keys() != wanted.keys() or any(
-        _is_off(seen, name, place) for name, place in wanted.items()
-    )
+def _moves(seen: Balls, wanted: Places) -> list[str]:
+    """Say which balls have to be moved, and where to."""
+    return [
+        *(
+            f'{name} at ({x:.3f}, {y:.3f}) m'
+            for name, (x, y) in wanted.items()
+            if name not in seen or math.dist(seen[name].position, (x, y)) > PLACE_TOLERANCE
+        ),
+        *(f'{name} off the table' for name in seen if name not in wanted),
+    ]

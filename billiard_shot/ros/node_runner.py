@@ -69,21 +69,18 @@ PROGRESS_PERIOD = 5.0
 """Time between two checks whether the library is compiled [s]."""
 
 
-@contextlib.contextmanager
-def reading_ros_arguments() -> Iterator[None]:
-    """Exit with one line if the ROS arguments or a file of parameters cannot be read meanwhile."""
+def own_arguments(args: Sequence[str] | None) -> list[str]:
+    """
+    Return the arguments of a program that are not ROS arguments.
+
+    If the ROS arguments or a file of parameters cannot be read, exit with one line.
+    """
+    given = sys.argv if args is None else ['', *args]
     try:
-        yield
+        return list(remove_ros_args(given)[1:])
     except RuntimeError as error:  # of rcl, with the places in its source
         reason = ' '.join(re.sub(r', at \S+:\d+', '', str(error)).split())
         sys.exit(f'ROS arguments: {reason}')
-
-
-def own_arguments(args: Sequence[str] | None) -> list[str]:
-    """Return the arguments of a program that are not ROS arguments."""
-    given = sys.argv if args is None else ['', *args]
-    with reading_ros_arguments():
-        return list(remove_ros_args(given)[1:])
 
 
 def parser_of(
@@ -104,11 +101,9 @@ def initialized(args: Sequence[str] | None = None, **options: Any) -> Iterator[N
     """
     Initialize rclpy with `options`, and shut it down at the end.
 
-    Bad ROS arguments end the program with one line. `with rclpy.init()` does the rest, but not on
-    Jazzy, where `init` returns None.
+    `with rclpy.init()` does the same, but not on Jazzy, where `init` returns None.
     """
-    with reading_ros_arguments():
-        rclpy.init(args=None if args is None else list(args), **options)
+    rclpy.init(args=None if args is None else list(args), **options)
     try:
         yield
     finally:

@@ -101,24 +101,24 @@ def declare(node: Node, *kinds: Any, fixed: Callable[[], str] = lambda: '') -> N
     """
     declared = {each.name: each for kind in kinds for each in dataclasses.fields(kind)}
 
+    def mistake(setting: 'Parameter[Any]') -> str:
+        if setting.name not in declared:
+            return ''
+        if reason := fixed():
+            return f'{setting.name}: {reason}'
+        if setting.value is None:  # rcl gives None for an empty list
+            return f'{setting.name} must have a value, got none'
+        rules = declared[setting.name].metadata
+        try:
+            if check := rules.get(CHECK) or rules.get(TAKES):
+                check(setting.value)
+        except (ValueError, OSError) as error:
+            return str(error) if CHECK in rules else f'{setting.name} {error}'
+        return ''
+
     def verify(settings: 'list[Parameter[Any]]') -> SetParametersResult:
-        for setting in settings:
-            if setting.name not in declared:
-                continue
-            if reason := fixed():
-                return SetParametersResult(successful=False, reason=f'{setting.name}: {reason}')
-            if setting.value is None:  # rcl gives None for an empty list
-                return SetParametersResult(
-                    successful=False, reason=f'{setting.name} must have a value, got none'
-                )
-            rules = declared[setting.name].metadata
-            try:
-                if check := rules.get(CHECK) or rules.get(TAKES):
-                    check(setting.value)
-            except (ValueError, OSError) as error:
-                reason = str(error) if CHECK in rules else f'{setting.name} {error}'
-                return SetParametersResult(successful=False, reason=reason)
-        return SetParametersResult(successful=True)
+        reason = next(filter(None, map(mistake, settings)), '')
+        return SetParametersResult(successful=not reason, reason=reason)
 
     node.add_on_set_parameters_callback(verify)
     for kind in kinds:

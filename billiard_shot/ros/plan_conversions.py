@@ -26,6 +26,7 @@ from billiard_shot.ros.cue_conversions import plan_message, plan_of
 from billiard_shot.ros.parameters import MAX_SAMPLES
 from billiard_shot.scene import Noise, Robot
 from billiard_shot.scene.placement import CUE_BALL
+from billiard_shot.scene.rack import Place
 
 DEGREES = '_deg'
 """End of the names of angles in degrees."""
@@ -196,38 +197,28 @@ def target_message(target: Mapping[str, Any]) -> Target:
         With every invalid field, its value and the allowed range.
 
     """
-    match targets.read_target(target):
-        case targets.Rest(point, radius):
-            return Target(kind=Target.REST, point=filled(Point, point), radius=radius)
-        case targets.Pass(point, radius):
-            return Target(kind=Target.PASS, point=filled(Point, point), radius=radius)
-        case targets.Gate((point, other)):
-            return Target(
-                kind=Target.GATE,
-                point=filled(Point, point),
-                other_point=filled(Point, other),
-            )
-        case targets.Hit(ball, direction, direction_tolerance_deg, point, radius):
-            return Target(
-                kind=Target.HIT,
-                balls=[ball],
-                point=filled(Point, point or ()),
-                radius=radius,
-                use_point=point is not None,
-                direction=filled(Vector3, direction or ()),
-                use_direction=direction is not None,
-                within=math.radians(direction_tolerance_deg),
-            )
-        case targets.Pot(balls, pockets, point, radius):
-            return Target(
-                kind=Target.POT,
-                balls=[] if targets.ANY in balls else balls,
-                pockets=[] if targets.ANY in pockets else pockets,
-                point=filled(Point, point or ()),
-                use_point=point is not None,
-                radius=radius,
-            )
-    raise ValueError(f'target must be rest, pass, gate, hit or pot, got {dict(target)!r}')
+    found = targets.read_target(target)
+    message = Target(radius=getattr(found, 'radius', 0.0))
+    point: Place | None
+    match found:
+        case targets.Rest(rest=point):
+            message.kind = Target.REST
+        case targets.Pass(passing=point):
+            message.kind = Target.PASS
+        case targets.Gate(gate=(point, other)):
+            message.kind, message.other_point = Target.GATE, filled(Point, other)
+        case targets.Hit(hit=ball, at=point, direction=direction):
+            message.kind, message.balls, message.use_point = Target.HIT, [ball], bool(point)
+            if direction:
+                message.use_direction, message.direction = True, filled(Vector3, direction)
+                message.within = math.radians(found.direction_tolerance_deg)
+        case targets.Pot(pot=balls, pocket=pockets, leave=point):
+            message.kind, message.pockets, message.use_point = Target.POT, pockets, bool(point)
+            message.balls = [] if targets.ANY in balls else balls
+        case _:
+            raise ValueError(f'target must be rest, pass, gate, hit or pot, got {dict(target)!r}')
+    message.point = filled(Point, point or ())
+    return message
 
 
 def plan_result(

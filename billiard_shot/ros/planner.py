@@ -107,10 +107,6 @@ class Search:
         self.preempted = False
         self._reported, self._next_report = 0, 0.0
 
-    def is_stopped(self) -> bool:
-        """Whether the search has to end; called by the search."""
-        return self.stop.is_set() or not rclpy.ok()
-
     def report(self, now: Progress) -> None:
         """Publish feedback, if there is progress and the last feedback is not quite new."""
         if now.simulations > self._reported and monotonic() >= self._next_report:
@@ -183,7 +179,9 @@ class Planner(Node):
                 goal.request, self._default, self._table, self.get_parameter('frame').value
             )
         except ValueError as error:
-            return self._refuse(goal, str(error))
+            self.get_logger().warning(f'refused: {error}')
+            goal.abort()
+            return PlanShot.Result(status=int(Status.INVALID_REQUEST), message=str(error))
         while self._search:  # and all goals that were waiting before this one
             self._search.preempted = True
             self._search.stop.set()
@@ -225,7 +223,7 @@ class Planner(Node):
                     request.seed,
                     request.constraints,
                     progress=search.report,
-                    cancel=search.is_stopped,
+                    cancel=lambda: search.stop.is_set() or not rclpy.ok(),
                     time_limit=request.time_limit,
                 ),
             )
@@ -240,11 +238,6 @@ class Planner(Node):
                 'has the traceback',
             )
         return PlanResult(status, message, (), 0, 0.0, request.scene.noise)
-
-    def _refuse(self, goal: GoalHandle, why: str) -> PlanShot.Result:
-        self.get_logger().warning(f'refused: {why}')
-        goal.abort()
-        return PlanShot.Result(status=int(Status.INVALID_REQUEST), message=why)
 
     def _cancel(self, goal: GoalHandle) -> CancelResponse:
         if self._search and self._search.goal is goal:

@@ -149,9 +149,8 @@ def play_target(
     client: RobotClient, text: str, target: Target, options: argparse.Namespace
 ) -> bool:
     """Plan for a target, play, and print the result; return False if it was missed."""
-    wishes = {name: getattr(options, name) for name in ('first_contact', 'keep', 'budget')}
     try:
-        result = client.plan(target, **wishes)
+        result = client.plan(target, options.budget)
     except NoPlanError as error:
         say(f'{text}: {error}')
         return False
@@ -280,13 +279,6 @@ def main(args: Sequence[str] | None = None) -> None:
     )
     add_client_arguments(parser)
     add_turn_arguments(parser)
-    for option, text in (
-        ('--first-contact', 'ball that the cue ball must meet first'),
-        ('--keep', 'ball that must not be pocketed'),
-    ):
-        parser.add_argument(
-            option, action='append', default=[], metavar='BALL', help=f'{text}; may be repeated'
-        )
     parser.add_argument(
         '--budget',
         type=_number(int, MAX_BUDGET),

@@ -1,5 +1,6 @@
 """Client of a service that waits for answers, and asks again if an answer is lost."""
 
+from functools import partial
 import time
 from typing import Any, TYPE_CHECKING
 
@@ -39,26 +40,14 @@ class ServiceCaller:
     Attributes
     ----------
     client : Client
-        Client in use.
+        Client in use; another one may replace it during a call.
 
     """
 
     def __init__(self, node: Node, kind: Any, name: str) -> None:
-        self._node, self._kind, self._name = node, kind, name
-        self.client: Client[Any, Any] = node.create_client(kind, name, qos_profile=BURST)
-
-    @property
-    def service_name(self) -> str:
-        """Name of the service, with its namespace."""
-        return self.client.service_name
-
-    def service_is_ready(self) -> bool:
-        """Whether the service has been discovered."""
-        return self.client.service_is_ready()
-
-    def wait_for_service(self, timeout: float) -> bool:
-        """Wait up to `timeout` seconds for the service; return whether it has been discovered."""
-        return self.client.wait_for_service(timeout_sec=timeout)
+        self._node = node
+        self._make = partial(node.create_client, kind, name, qos_profile=BURST)
+        self.client: Client[Any, Any] = self._make()
 
     def call(self, request: Any, timeout: float = 10.0, repeatable: bool = False) -> Any:
         """
@@ -93,16 +82,9 @@ class ServiceCaller:
             self.client.remove_pending_request(future)
             if time.monotonic() - since >= RENEWAL_PERIOD:
                 since = time.monotonic()
-                self._renew()
-        raise TimeoutError(f'no answer from {self.service_name} within {timeout} s')
-
-    def destroy(self) -> None:
-        """Remove the client from its node."""
-        self._node.destroy_client(self.client)
-
-    def _renew(self) -> None:
-        self.destroy()
-        self.client = self._node.create_client(self._kind, self._name, qos_profile=BURST)
+                self._node.destroy_client(self.client)
+                self.client = self._make()
+        raise TimeoutError(f'no answer from {self.client.service_name} within {timeout} s')
 
 
 def result_of(future: 'Future[Any]') -> Any:

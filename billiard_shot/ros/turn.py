@@ -123,7 +123,7 @@ class Turn:
         state = self.state
         self.tell(TurnStage.DECIDE, f'player {state.player} decides', '', {})
         if state.places_cue_ball:
-            x, y = self._ask_agent(_place, state)
+            x, y = self._ask_agent(_place, self.agent, state)
             if why := state.no_place(x, y):
                 self._judged(state, Decision(), concede(state, f'{(x, y)}: {why}'), '')
                 return
@@ -133,9 +133,9 @@ class Turn:
             state = self.table.arrange(
                 wanted, lambda what, balls: self.tell(TurnStage.PLACE, what, '', balls)
             )
-        decision = self._ask_agent(_decide, wanted)
+        decision = self._ask_agent(_decide, self.agent, wanted)
         if state.balls != wanted.balls:  # an agent may decide when it places the cue ball
-            decision = self._ask_agent(_decide, state)
+            decision = self._ask_agent(_decide, self.agent, state)
         if decision.choice not in (state.choices or ('',)):
             why = f'{decision.choice!r} is not a choice'
             self._judged(state, Decision(), concede(state, why), '')
@@ -149,7 +149,7 @@ class Turn:
     def _ask_agent(self, ask: Callable[..., T], *arguments: Any) -> T:
         """Ask the agent in a thread, so that the client goes on, and can be canceled."""
         pool = ThreadPoolExecutor(1)
-        answer = pool.submit(ask, self.agent, *arguments)
+        answer = pool.submit(ask, *arguments)
         pool.shutdown(wait=False)
         self.table.client.until(answer.done, math.inf)
         if error := answer.exception():
@@ -190,7 +190,7 @@ class Turn:
         self.shots.append(shot_message(shot_id, decision.reason, decision.success, ruling, gone))
         self.tell(TurnStage.JUDGED, ruling.text, shot_id, {})
         self.state = ruling.state
-        self._ask_agent(_tell, state, decision, ruling)
+        self._ask_agent(self.agent.saw, state, decision, ruling)
 
 
 def make_agent(name: str, scene: Scene, seed: int) -> Agent:
@@ -223,7 +223,3 @@ def _decide(agent: Agent, state: State) -> Decision:
     if not isinstance(found, Decision):
         raise TypeError(f'decide must return a Decision, got {found!r}')
     return found
-
-
-def _tell(agent: Agent, state: State, decision: Decision, ruling: Ruling) -> None:
-    agent.saw(state, decision, ruling)

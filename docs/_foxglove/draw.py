@@ -79,7 +79,7 @@ def published_markers():
                     LATCHED,
                 )
             predictor = ServiceCaller(node, PredictShot, 'predict_shot')
-            if not predictor.wait_for_service(120.0):
+            if not predictor.client.wait_for_service(120.0):
                 sys.exit('the predictor did not start')
             scene = Scene.load(SCENE)
             predictor.call(request_of(STROKE, scene, scene.cue_ball[:2]), repeatable=True)

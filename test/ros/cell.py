@@ -135,7 +135,8 @@ class Cell:
     def wait_for_services(self, *more):
         """Wait, and go on saying that all is well."""
         for service in (*self.services.values(), *more):
-            assert self.player.until(service.service_is_ready, PATIENCE), service.service_name
+            client = service.client
+            assert self.player.until(client.service_is_ready, PATIENCE), client.service_name
 
     def start(self, name):
         process = self.launch(name, '-r', f'__ns:={self.space}', *self.nodes[name])

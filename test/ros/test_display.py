@@ -20,7 +20,7 @@ from waiting import PatientCaller, spin_until
 import yaml
 
 from billiard_shot import Motion, predict, Scene, Stroke
-from billiard_shot.ros import display, markers, table_markers
+from billiard_shot.ros import display, markers, table_display
 from billiard_shot.table.colours import ball_colour, MOTIONS
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -88,11 +88,11 @@ def check_table(array, scene):
 
 @pytest.mark.parametrize('name', ['pool_table', 'snooker', 'carom'])
 def test_furniture_has_the_sizes_of_the_scene(name):
-    check_table(table_markers.table_markers(Scene.load(name), NOW), Scene.load(name))
+    check_table(table_display.table_markers(Scene.load(name), NOW), Scene.load(name))
 
 
 def test_cloth_without_end_is_a_cloth():
-    (bed,) = drawn(table_markers.table_markers(Scene.load('pool'), NOW))
+    (bed,) = drawn(table_display.table_markers(Scene.load('pool'), NOW))
     assert bed.ns == 'bed'
 
 
@@ -104,7 +104,7 @@ def test_balls_lie_where_they_do_in_their_colours():
             BallState(id='8', state=BallState.POCKETED),
         ]
     )
-    array = table_markers.ball_markers(table_markers.ball_centres(state, 0.028), 0.028, NOW)
+    array = table_display.ball_markers(table_display.ball_centres(state, 0.028), 0.028, NOW)
     drawn(array)
     balls = named(array, 'balls')
     np.testing.assert_allclose(

@@ -87,19 +87,21 @@ def come_up():
 
 
 def test_a_lost_request_is_sent_again_if_it_is_repeatable(node, come_up):
-    late = ServiceCaller(Stand(node, partial(AskedTooEarly, come_up)), Trigger, 'late')
+    stand = Stand(node, partial(AskedTooEarly, come_up))
+    late = ServiceCaller(stand, Trigger, 'late')
     answer = late.call(Trigger.Request(), timeout=PATIENCE, repeatable=True)
     assert isinstance(answer, Trigger.Response)
     assert late.client.requests > 1
-    late.destroy()
+    stand.destroy_client(late.client)
 
 
 def test_other_requests_are_sent_once(node, come_up):
-    late = ServiceCaller(Stand(node, partial(AskedTooEarly, come_up)), Trigger, 'late')
+    stand = Stand(node, partial(AskedTooEarly, come_up))
+    late = ServiceCaller(stand, Trigger, 'late')
     with pytest.raises(TimeoutError, match='no answer from /late'):
         late.call(Trigger.Request(), timeout=1.0)
     assert late.client.requests == 1
-    late.destroy()
+    stand.destroy_client(late.client)
 
 
 def test_a_new_client_replaces_one_that_the_server_never_discovers(node, come_up, monkeypatch):
@@ -107,14 +109,15 @@ def test_a_new_client_replaces_one_that_the_server_never_discovers(node, come_up
     monkeypatch.setattr(service_caller, 'RENEWAL_PERIOD', 2.0)
     come_up()
     clients = len(list(node.clients))
-    late = ServiceCaller(Stand(node, NeverDiscovered), Trigger, 'late')
+    stand = Stand(node, NeverDiscovered)
+    late = ServiceCaller(stand, Trigger, 'late')
     answer = late.call(Trigger.Request(), timeout=PATIENCE, repeatable=True)
     assert isinstance(answer, Trigger.Response)
     assert len(list(node.clients)) == clients + 1
     # Later calls must not wait for the first client again.
     monkeypatch.setattr(service_caller, 'RENEWAL_PERIOD', math.inf)
     assert isinstance(late.call(Trigger.Request(), PATIENCE, repeatable=True), Trigger.Response)
-    late.destroy()
+    stand.destroy_client(late.client)
     assert len(list(node.clients)) == clients
 
 

@@ -14,7 +14,7 @@ class PatientCaller(ServiceCaller):
     """Client of a service of a process that may be starved."""
 
     def wait_for_service(self, timeout=PATIENCE):
-        return super().wait_for_service(timeout)
+        return self.client.wait_for_service(timeout)
 
     def call(self, request, timeout=PATIENCE, repeatable=False):
         return super().call(request, timeout, repeatable)
