@@ -10,62 +10,45 @@ not part of the chain, because the actuator closes a kinematic loop. It moves a 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import math
 
 import numpy as np
 
-from billiard_shot.cue.mechanism import INCLINE, JOINTS, Mechanism
+from billiard_shot.cue.mechanism import INCLINE, JOINTS, Mechanism, STROKE
 from billiard_shot.cue.parts import MovingPart
 from billiard_shot.records import Array, Triple
 from billiard_shot.scene.equipment import STANDARD_GRAVITY
 
-FRAMES = ('bridge', 'trolley', 'base_link', 'turntable', 'incline', 'cue', 'tip')
-"""Frames of the chain after that of the table, in their order."""
-
-ACTUATOR = 'incline_actuator'
-"""Frame that the actuator of the incline moves along x."""
+FRAMES = ('bridge', 'trolley', 'base_link', 'turntable', 'incline', 'cue')
+"""Frames that the joints of `JOINTS` move, in their order."""
 
 X_AXIS, Y_AXIS, Z_AXIS = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 AXES = (X_AXIS, Y_AXIS, Z_AXIS, Z_AXIS, Y_AXIS, X_AXIS)
-REVOLUTE = ('azimuth', 'incline')
+REVOLUTE, PRISMATIC, FIXED = 'revolute', 'prismatic', 'fixed'
+KINDS = (PRISMATIC, PRISMATIC, PRISMATIC, REVOLUTE, REVOLUTE, PRISMATIC)
+
+ACTUATOR_MASS = 0.01
+"""Mass of the part that the actuator moves in the model [kg]; simulators refuse a mass of 0."""
 
 
 @dataclass(frozen=True, slots=True)
 class Joint:
-    """
-    One joint of the chain, with the part that it moves.
-
-    Parameters
-    ----------
-    name : str
-    parent, child : str
-        Names of the frames that it connects.
-    revolute : bool
-        Whether the joint turns about its axis; otherwise it moves along the axis.
-    axis : (3,) floats
-        Unit vector in both frames.
-    min, max, speed : float
-        Range and largest speed [m, m/s; rad, rad/s].
-    effort : float
-        Force [N] or torque [N m] that suffices for the accelerations of the mechanism.
-    part : MovingPart
-    centre : (3,) floats
-        Centre of the part in the frame `child` [m].
-
-    """
+    """One joint between two frames, with the part that it moves."""
 
     name: str
+    kind: str  # REVOLUTE, PRISMATIC or FIXED
     parent: str
     child: str
-    revolute: bool
-    axis: Triple
-    min: float
-    max: float
-    speed: float
-    effort: float
-    part: MovingPart
-    centre: Triple
+    axis: Triple = X_AXIS  # unit vector in both frames, about or along which it moves
+    min: float = 0.0  # m or rad
+    max: float = 0.0  # m or rad
+    speed: float = 0.0  # largest, m/s or rad/s
+    effort: float = 0.0  # N or N m, which suffices for the accelerations of the mechanism
+    part: MovingPart | None = None
+    centre: Triple = (0.0, 0.0, 0.0)  # of the part in the frame `child`, m
+    has_shape: bool = True  # whether the part is to be seen
+    origin: Triple = (0.0, 0.0, 0.0)  # of `child` in `parent` when the joint is at 0, m
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -78,109 +61,109 @@ class Transform:
     quaternion: tuple[float, float, float, float]
 
 
-def frame_names(frame: str) -> tuple[str, ...]:
-    """Names of all frames, the table's first; the prefix of `cell1/table` is added to all."""
-    prefix = frame[: frame.rfind('/') + 1]
-    return (frame, *(prefix + name for name in FRAMES))
+def elevation_joint(names: Sequence[str]) -> str:
+    """Name of the joint of the cue's elevation, if `names` are those of `JOINTS`."""
+    return f'{names[INCLINE]}_angle'
 
 
-def actuator_frame(frame: str) -> str:
-    """Name of the frame of the incline's actuator, if the frame of the table is `frame`."""
-    return frame[: frame.rfind('/') + 1] + ACTUATOR
-
-
-def tip_offset(mechanism: Mechanism) -> Triple:
-    """Position of the tip in the frame of the cue [m]."""
-    return mechanism.reach, 0.0, -mechanism.axis_drop
-
-
-def chain(
-    mechanism: Mechanism,
-    frame: str = 'table',
-    names: Sequence[str] = JOINTS,
-    incline_joint: str = 'incline_angle',
+def joints_of(
+    mechanism: Mechanism, frame: str = 'table', names: Sequence[str] = JOINTS
 ) -> tuple[Joint, ...]:
     """
-    Joints of the mechanism, from the table to the cue.
+    Joints from the table to the cue, then the actuator of the incline, and the fixed tip.
 
     Parameters
     ----------
     mechanism : Mechanism
     frame : str
-        Name of the table's frame.
+        Name of the table's frame; the prefix of `cell1/table` is added to all frames.
     names : sequence of str
         Names of the joints, in the order of `JOINTS`.
-    incline_joint : str
-        Name of the joint of the cue's elevation, used instead of that of the incline's actuator.
 
     """
-    names = [incline_joint if i == INCLINE else name for i, name in enumerate(names)]
-    frames = frame_names(frame)
+    prefix = frame[: frame.rfind('/') + 1]
+    frames = (frame, *(prefix + name for name in FRAMES))
     geometry, ends = mechanism.incline_geometry, (mechanism.incline.min, mechanism.incline.max)
-    low, high = map(geometry.elevation, ends)
     # The actuator turns the incline fastest at one end of its range, where its lever is shortest.
     per_length = 1.0 / min(map(geometry.length_per_elevation, ends))
     joints = []
-    for i, joint in enumerate(JOINTS):
-        axis = mechanism.axes[i]
-        factor = per_length if i == INCLINE else 1.0
-        lower, upper = (low, high) if i == INCLINE else (axis.min, axis.max)
-        joints.append(
-            Joint(
-                names[i],
-                frames[i],
-                frames[i + 1],
-                joint in REVOLUTE,
-                AXES[i],
-                lower,
-                max=upper,
-                speed=factor * axis.speed,
-                effort=_effort(mechanism, i, factor * axis.acceleration),
-                part=getattr(mechanism.parts, joint),
-                centre=_centres(mechanism)[i],
-            )
+    for i, (name, axis) in enumerate(zip(names, mechanism.axes, strict=True)):
+        joint = Joint(
+            name,
+            KINDS[i],
+            frames[i],
+            frames[i + 1],
+            AXES[i],
+            axis.min,
+            axis.max,
+            axis.speed,
+            _effort(mechanism, i, axis.acceleration),
+            getattr(mechanism.parts, JOINTS[i]),
+            _centres(mechanism)[i],
         )
+        joints.append(joint)
+    low, high = map(geometry.elevation, ends)
+    torque = _effort(mechanism, INCLINE, per_length * mechanism.incline.acceleration)
+    actuator = joints[INCLINE]
+    assert actuator.part
+    joints[INCLINE] = replace(
+        actuator,
+        name=elevation_joint(names),
+        min=low,
+        max=high,
+        speed=per_length * actuator.speed,
+        effort=torque,
+    )
+    joints.append(
+        replace(
+            actuator,
+            kind=PRISMATIC,
+            child=f'{prefix}incline_actuator',
+            axis=X_AXIS,
+            effort=torque * per_length,
+            part=replace(actuator.part, mass=ACTUATOR_MASS),
+            centre=(0.0, 0.0, 0.0),
+            has_shape=False,
+        )
+    )
+    offset = (mechanism.reach, 0.0, -mechanism.axis_drop)
+    joints.append(Joint('tip', FIXED, joints[STROKE].child, f'{prefix}tip', origin=offset))
     return tuple(joints)
 
 
 def transforms(
-    mechanism: Mechanism,
-    joints: Sequence[float] | Array,
-    frame: str = 'table',
+    mechanism: Mechanism, joints: Sequence[Joint], positions: Sequence[float] | Array
 ) -> tuple[Transform, ...]:
     """
-    Find the transforms of all frames, from the table to the tip, for joints (6,).
+    Find the transforms of all frames, from the table to the tip.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    joints : sequence of Joint
+        Its joints (`joints_of`).
+    positions : (6,) sequence of float
+        Positions of the joints of `JOINTS` [m, rad].
 
     Raises
     ------
     ValueError
-        If a joint is not finite, or if the actuator of the incline cannot have that length.
+        If a position is not finite, or if the actuator of the incline cannot have that length.
 
     """
-    values = [float(value) for value in joints]
+    values = [float(value) for value in positions]
     for name, value in zip(JOINTS, values, strict=True):
         if not math.isfinite(value):
             raise ValueError(f'{name}: position {value} is not finite')
     length = values[INCLINE]
     values[INCLINE] = mechanism.incline_geometry.elevation(length)
-    frames = frame_names(frame)
-    level = (0.0, 0.0, 0.0, 1.0)
     found = []
-    for i, (joint, axis) in enumerate(zip(JOINTS, AXES, strict=True)):
-        angle, distance = (values[i], 0.0) if joint in REVOLUTE else (0.0, values[i])
-        x, y, z = (math.sin(0.5 * angle) * np.array(axis)).tolist()
-        found.append(
-            Transform(
-                frames[i],
-                frames[i + 1],
-                distance * np.array(axis),
-                (x, y, z, math.cos(0.5 * angle)),
-            )
-        )
-    found.append(
-        Transform(frames[INCLINE], actuator_frame(frame), length * np.array(X_AXIS), level)
-    )
-    found.append(Transform(frames[-2], frames[-1], np.array(tip_offset(mechanism)), level))
+    for joint, value in zip(joints, (*values, length, 0.0), strict=True):
+        axis = np.array(joint.axis)
+        angle, distance = (value, 0.0) if joint.kind == REVOLUTE else (0.0, value)
+        x, y, z = (math.sin(0.5 * angle) * axis).tolist()
+        place, turn = distance * axis + joint.origin, (x, y, z, math.cos(0.5 * angle))
+        found.append(Transform(joint.parent, joint.child, place, turn))
     return tuple(found)
 
 
@@ -208,7 +191,7 @@ def _effort(mechanism: Mechanism, number: int, acceleration: float) -> float:
         return mechanism.max_force
     mass = sum(getattr(mechanism.parts, each).mass for each in JOINTS[number:])
     gravity = STANDARD_GRAVITY if name in ('base_z', 'incline') else 0.0
-    if name not in REVOLUTE:
+    if KINDS[number] is PRISMATIC:
         return float(mass * (acceleration + gravity))
     far = math.hypot(mechanism.reach + mechanism.stroke.max, mechanism.axis_drop)
     return float(mass * far * (far * acceleration + gravity))

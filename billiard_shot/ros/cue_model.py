@@ -14,11 +14,11 @@ from std_msgs.msg import Header, String
 
 from billiard_shot.cue.feedback import JointFeedback
 from billiard_shot.cue.mechanism import Mechanism
-from billiard_shot.cue.model import transforms
+from billiard_shot.cue.model import joints_of, transforms
 from billiard_shot.cue.urdf import urdf_of
 from billiard_shot.ros import parameters
 from billiard_shot.ros.conversions import filled
-from billiard_shot.ros.cue_parameters import OfIncline, OfMechanism
+from billiard_shot.ros.cue_parameters import OfMechanism
 from billiard_shot.ros.node_runner import LATCHED, spin_node
 from billiard_shot.ros.parameters import OfTable
 from billiard_shot.scene.fields import number
@@ -33,7 +33,7 @@ TRANSFORMS = QoSProfile(depth=100)
 
 
 @dataclass(frozen=True)
-class CueModelParameters(OfTable, OfMechanism, OfIncline):
+class CueModelParameters(OfTable, OfMechanism):
     """
     Parameters of the node.
 
@@ -64,12 +64,13 @@ class CueModel(Node):
         super().__init__('cue_model')
         parameters.declare(self, CueModelParameters)
         own = parameters.read(CueModelParameters, self)
-        self._mechanism, self._frame = Mechanism.load(own.mechanism), own.frame
+        self._mechanism = Mechanism.load(own.mechanism)
+        self._joints = joints_of(self._mechanism, own.frame, own.joint_names)
         self._feedback = JointFeedback(own.joint_names)
         self._period = 1.0 / own.rate
         self._published = -math.inf
         description = self.create_publisher(String, 'robot_description', LATCHED)
-        model = urdf_of(self._mechanism, own.frame, own.joint_names, own.incline_joint)
+        model = urdf_of(self._mechanism, own.frame, own.joint_names)
         description.publish(String(data=model))
         if TFMessage is None:
             self.get_logger().warning('no transforms on /tf: the package tf2_msgs is missing')
@@ -86,7 +87,7 @@ class CueModel(Node):
             return
         self._published = now
         try:
-            found = transforms(self._mechanism, joints[0], self._frame)
+            found = transforms(self._mechanism, self._joints, joints[0])
         except ValueError as error:
             self.get_logger().warning(f'no transforms: {error}', throttle_duration_sec=5.0)
             return

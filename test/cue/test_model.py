@@ -15,8 +15,8 @@ from billiard_shot import Scene
 from billiard_shot.cli import main
 from billiard_shot.cue.incline import Incline
 from billiard_shot.cue.kinematics import forward_kinematics
-from billiard_shot.cue.mechanism import Axis, INCLINE, JOINTS, Mechanism
-from billiard_shot.cue.model import chain, frame_names, transforms
+from billiard_shot.cue.mechanism import Axis, INCLINE, JOINTS, Mechanism, STROKE
+from billiard_shot.cue.model import joints_of, transforms
 from billiard_shot.cue.parts import MovingPart
 from billiard_shot.cue.urdf import urdf_of
 
@@ -25,7 +25,7 @@ OTHER = Mechanism(
     axis_drop=0.11,
     incline=Axis(0.35, 0.6, 0.1, 0.5, 5.0),
     max_elevation=0.8,
-    incline_geometry=Incline(base=0.4, arm=0.25, level_angle=1.1, shortest=0.35, longest=0.6),
+    incline_geometry=Incline(base=0.4, arm=0.25, level_angle=1.1),
 )
 MECHANISMS = pytest.mark.parametrize('mechanism', [Mechanism(), OTHER])
 
@@ -100,7 +100,7 @@ def test_the_model_puts_the_tip_where_the_mechanism_does(mechanism, fractions):
     np.testing.assert_allclose(poses['base_link'][:3, 3], joints[:3], atol=1e-12)
     # The transforms have the same frames, in the same places.
     found = {'table': np.eye(4)}
-    for each in transforms(mechanism, joints):
+    for each in transforms(mechanism, joints_of(mechanism), joints):
         found[each.child] = found[each.parent] @ matrix(
             rotation_of(each.quaternion), each.translation
         )
@@ -111,7 +111,7 @@ def test_the_model_puts_the_tip_where_the_mechanism_does(mechanism, fractions):
 
 @MECHANISMS
 def test_limits_are_those_of_the_mechanism(mechanism):
-    joints = chain(mechanism)
+    joints = joints_of(mechanism)[:6]
     for i, (joint, axis) in enumerate(zip(joints, mechanism.axes, strict=True)):
         if i != INCLINE:
             assert joint.name == JOINTS[i]
@@ -122,7 +122,7 @@ def test_limits_are_those_of_the_mechanism(mechanism):
     assert (incline.min, incline.max) == (angles[0], angles[-1])
     fastest = (np.diff(angles) / np.diff(lengths)).max() * mechanism.incline.speed
     assert incline.speed == pytest.approx(fastest, rel=2e-3)
-    assert joints[-1].effort == mechanism.max_force
+    assert joints[STROKE].effort == mechanism.max_force
     limits = [
         joint.find('limit').attrib
         for joint in ET.fromstring(urdf_of(mechanism)).findall('joint')
@@ -163,7 +163,7 @@ def test_the_cue_is_as_heavy_as_that_of_the_paper():
 
 def test_the_cue_ends_at_its_tip():
     mechanism = Mechanism()
-    cue = chain(mechanism)[-1]
+    cue = joints_of(mechanism)[STROKE]
     assert cue.centre[0] + 0.5 * cue.part.length == pytest.approx(mechanism.reach)
 
 
@@ -181,12 +181,11 @@ def test_a_level_cue_can_play_a_ball_on_the_cloth():
         ]
     )
     heights = {'table': 0.0}
-    for each in transforms(mechanism, joints):
+    model = joints_of(mechanism)
+    for each in transforms(mechanism, model, joints):
         heights[each.child] = heights[each.parent] + each.translation[2]
-    assert heights['base_link'] + transforms(mechanism, joints)[-1].translation[2] == (
-        pytest.approx(radius)
-    )
-    for joint in chain(mechanism):
+    assert heights['tip'] == pytest.approx(radius)
+    for joint in model[:6]:
         assert heights[joint.child] + joint.centre[2] - 0.5 * joint.part.height > 0.0
 
 
@@ -194,14 +193,30 @@ def test_a_level_cue_can_play_a_ball_on_the_cloth():
     ('frame', 'prefix'), [('table', ''), ('cell1/table', 'cell1/'), ('a/b/pool', 'a/b/')]
 )
 def test_frames_of_two_robots_have_different_names(frame, prefix):
-    names = frame_names(frame)
-    assert names[0] == frame
-    assert names[3] == f'{prefix}base_link'
-    assert names[-1] == f'{prefix}tip'
     links = [
         link.get('name') for link in ET.fromstring(urdf_of(Mechanism(), frame)).findall('link')
     ]
-    assert sorted(links) == sorted([*names, f'{prefix}incline_actuator'])
+    assert links[0] == frame
+    assert links[1:] == [
+        f'{prefix}{name}'
+        for name in (
+            'bridge',
+            'trolley',
+            'base_link',
+            'turntable',
+            'incline',
+            'cue',
+            'incline_actuator',
+            'tip',
+        )
+    ]
+
+
+def test_a_prefix_of_the_joints_is_that_of_the_elevation_too():
+    names = [f'left_{name}' for name in JOINTS]
+    joints = [joint.name for joint in joints_of(Mechanism(), names=names)]
+    assert joints[INCLINE] == 'left_incline_angle'
+    assert sorted(joints) == sorted([*names, 'left_incline_angle', 'tip'])
 
 
 def test_the_command_prints_the_model(capsys, tmp_path):

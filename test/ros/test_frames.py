@@ -23,6 +23,7 @@ from waiting import PATIENCE, PatientCaller, spin_until
 from billiard_shot import Status
 from billiard_shot.cue.kinematics import forward_kinematics
 from billiard_shot.cue.mechanism import JOINTS, Mechanism
+from billiard_shot.cue.model import joints_of
 from billiard_shot.cue.model import transforms as model_transforms
 from billiard_shot.cue.urdf import urdf_of
 from billiard_shot.ros import cue_conversions, parameters, plan_conversions
@@ -162,7 +163,7 @@ def test_joints_that_are_not_known_publish_no_transforms():
         with pytest.raises(
             ValueError, match=r'base_x: position nan is not finite|incline: 5 m is'
         ):
-            model_transforms(MECHANISM, broken)
+            model_transforms(MECHANISM, joints_of(MECHANISM), broken)
 
 
 def test_without_tf2_msgs_the_model_is_published_and_one_line_says_so(
