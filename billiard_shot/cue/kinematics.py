@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from billiard_shot.cue.limits import check_range, LimitError, raise_violations
+from billiard_shot.cue.limits import check_range, raise_violations
 from billiard_shot.cue.mechanism import (
     AZIMUTH_JOINT,
     BASE_X,
@@ -25,21 +25,11 @@ from billiard_shot.shot.stroke import axes
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TipPose:
-    """
-    Pose of the cue's tip in the frame `table`.
+    """Pose of the cue's tip in the frame `table`."""
 
-    Parameters
-    ----------
-    position : (3,) float array
-        Of the tip [m].
-    azimuth, elevation : float
-        Of the stroke [rad]; a positive elevation points down.
-
-    """
-
-    position: Array
-    azimuth: float
-    elevation: float
+    position: Array  # (3,) m
+    azimuth: float  # of the stroke, rad
+    elevation: float  # of the stroke, rad; a positive one points down
 
     @property
     def along(self) -> Array:
@@ -74,14 +64,11 @@ def inverse_kinematics(mechanism: Mechanism, contact: TipPose, stroke: float) ->
         contact.position - (mechanism.reach + stroke) * along + mechanism.axis_drop * up
     )
     joints[AZIMUTH_JOINT] = math.remainder(contact.azimuth, 2 * math.pi)
+    joints[INCLINE] = mechanism.incline_geometry.length(contact.elevation)
     joints[STROKE] = stroke
     violations = check_range(
         'elevation', contact.elevation, mechanism.min_elevation, mechanism.max_elevation, 'rad'
     )
-    try:
-        joints[INCLINE] = mechanism.incline_geometry.length(contact.elevation)
-    except LimitError as error:
-        raise_violations([*violations, *error.violations])
     for name, value, axis, unit in zip(JOINTS, joints, mechanism.axes, UNITS, strict=True):
         violations += check_range(name, float(value), axis.min, axis.max, unit)
     raise_violations(violations)

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-import dataclasses
 from dataclasses import dataclass
 from functools import cached_property
 import math
@@ -15,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.cue.incline import Incline
-from billiard_shot.cue.parts import Parts
+from billiard_shot.cue.parts import Parts, section_of
 from billiard_shot.scene.checks import check, read
 from billiard_shot.scene.errors import InputError, Mistake
 from billiard_shot.scene.fields import number, section
@@ -63,12 +62,6 @@ class Axis:
         check(self)
 
 
-def _axis(*numbers: float) -> Any:
-    return dataclasses.field(
-        default_factory=lambda: Axis(*numbers), metadata=section(Axis).metadata
-    )
-
-
 def _stroke_from_zero(mechanism: Any) -> Iterator[Mistake]:
     if mechanism.stroke.min != 0.0:
         yield Mistake(('stroke', 'min'), (f'must be 0, got {mechanism.stroke.min:g} (m)'))
@@ -76,12 +69,14 @@ def _stroke_from_zero(mechanism: Any) -> Iterator[Mistake]:
 
 def _incline_within_its_triangle(mechanism: Any) -> Iterator[Mistake]:
     geometry, incline = mechanism.incline_geometry, mechanism.incline
-    if not geometry.shortest <= incline.min < incline.max <= geometry.longest:
+    shortest, longest = geometry.sides
+    # At these lengths the triangle is flat, and the actuator cannot turn the incline.
+    if not shortest < incline.min < incline.max < longest:
         yield Mistake(
             ('incline',),
             (
-                f'must be within {geometry.shortest:g} to {geometry.longest:g}, the range of '
-                f'incline_geometry, got {incline.min:g} to {incline.max:g} (m)'
+                f'must be between {shortest:g} and {longest:g}, where the triangle of '
+                f'incline_geometry is flat, got {incline.min:g} to {incline.max:g} (m)'
             ),
         )
         return
@@ -125,7 +120,7 @@ class Mechanism:
         The joints, see `JOINTS`. The range of `stroke` starts at 0. The range of `base_z` reaches
         `min_travel_height`.
     incline_geometry : Incline
-        Geometry of the incline; the range of the joint `incline` lies within its lengths.
+        Triangle of the incline; it is not flat anywhere in the range of the joint `incline`.
     min_elevation, max_elevation : float
         Range of the cue's elevation in a stroke [rad], 0 to pi/2.
     min_speed : float
@@ -156,12 +151,12 @@ class Mechanism:
         _incline_within_its_triangle,
         _travels_above_the_balls,
     )
-    base_x: Axis = _axis(-2.5, 2.5, 1.0, 2.0, 20.0)
-    base_y: Axis = _axis(-2.0, 2.0, 1.0, 2.0, 20.0)
-    base_z: Axis = _axis(0.0, 1.2, 0.5, 2.0, 20.0)
-    azimuth: Axis = _axis(-math.pi, math.pi, 1.5, 4.0, 40.0)
-    incline: Axis = _axis(0.40, 0.72, 0.1, 0.5, 5.0)
-    stroke: Axis = _axis(0.0, 0.6, 6.0, 150.0, 15000.0)
+    base_x: Axis = section_of(Axis, -2.5, 2.5, 1.0, 2.0, 20.0)
+    base_y: Axis = section_of(Axis, -2.0, 2.0, 1.0, 2.0, 20.0)
+    base_z: Axis = section_of(Axis, 0.0, 1.2, 0.5, 2.0, 20.0)
+    azimuth: Axis = section_of(Axis, -math.pi, math.pi, 1.5, 4.0, 40.0)
+    incline: Axis = section_of(Axis, 0.40, 0.72, 0.1, 0.5, 5.0)
+    stroke: Axis = section_of(Axis, 0.0, 0.6, 6.0, 150.0, 15000.0)
     incline_geometry: Incline = section(Incline, optional=True)
     min_elevation: float = number('rad', minimum=0, maximum=math.pi / 2, default=0.0)
     max_elevation: float = number('rad', minimum=0, maximum=math.pi / 2, default=1.2)

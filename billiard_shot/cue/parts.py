@@ -49,9 +49,10 @@ class MovingPart:
         return moments
 
 
-def _part(*numbers: float) -> Any:
+def section_of(kind: Any, *numbers: float) -> Any:
+    """Section whose default has these numbers."""
     return dataclasses.field(
-        default_factory=lambda: MovingPart(*numbers), metadata=section(MovingPart).metadata
+        default_factory=lambda: kind(*numbers), metadata=section(kind).metadata
     )
 
 
@@ -78,12 +79,12 @@ class Parts:
 
     """
 
-    base_x: MovingPart = _part(60.0, 0.2, 4.2, 0.2)
-    base_y: MovingPart = _part(15.0, 0.3, 0.3, 0.15)
-    base_z: MovingPart = _part(10.0, 0.1, 0.1, 1.3)
-    azimuth: MovingPart = _part(3.0, 0.2, 0.2, 0.04)
-    incline: MovingPart = _part(6.0, 0.5, 0.1, 0.1)
-    stroke: MovingPart = _part(0.5018, 1.0, 0.02, 0.02)
+    base_x: MovingPart = section_of(MovingPart, 60.0, 0.2, 4.2, 0.2)
+    base_y: MovingPart = section_of(MovingPart, 15.0, 0.3, 0.3, 0.15)
+    base_z: MovingPart = section_of(MovingPart, 10.0, 0.1, 0.1, 1.3)
+    azimuth: MovingPart = section_of(MovingPart, 3.0, 0.2, 0.2, 0.04)
+    incline: MovingPart = section_of(MovingPart, 6.0, 0.5, 0.1, 0.1)
+    stroke: MovingPart = section_of(MovingPart, 0.5018, 1.0, 0.02, 0.02)
 
     def __post_init__(self) -> None:
         check(self)

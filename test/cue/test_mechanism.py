@@ -115,8 +115,8 @@ def test_settings_are_checked(tmp_path):
         Mechanism(max_force=0)
     with pytest.raises(ValueError, match=r'max_elevation must .* within -0\.07.*, got 1\.3'):
         Mechanism(max_elevation=1.3)
-    with pytest.raises(ValueError, match='range of incline_geometry'):
-        Mechanism(incline=Axis(0.3, 0.7, 1.0, 1.0, 1.0))
+    with pytest.raises(ValueError, match=r'incline must be between 0\.2 and 0\.8, .* got 0\.1'):
+        Mechanism(incline=Axis(0.1, 0.7, 1.0, 1.0, 1.0))
     with pytest.raises(ValueError, match=r'base_z\.max must be at least 0\.4105.*, got 0\.4'):
         Mechanism(base_z=Axis(0.0, 0.4, 0.5, 2.0, 20.0))
     path = tmp_path / 'mine.yaml'
@@ -139,7 +139,7 @@ def test_settings_are_checked(tmp_path):
 @pytest.mark.parametrize(
     ('text', 'words'),
     [
-        ('incline_geometry: {shortest: 0.1}', r'line 1: incline_geometry\.shortest and longest'),
+        ('incline_geometry: {base: 0}', r'line 1: incline_geometry\.base must be'),
         ('min_speed: [1', r'line 1, column 14: while parsing a flow sequence: expected'),
         ('min_speed: *a', r"line 1, column 12: found undefined alias 'a'"),
         ('min_speed: "\0"', 'unacceptable character'),
