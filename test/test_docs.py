@@ -267,7 +267,7 @@ def test_pages_build_without_warnings(tmp_path):
     parameters = (tmp_path / 'reference' / 'parameters.html').read_text()
     for node in ('predictor', 'cue_driver', 'table_display'):
         assert f'id="{node.replace("_", "-")}"' in parameters
-    for name in ('period', 'arm_timeout', 'incline_joint'):
+    for name in ('period', 'arm_timeout', 'unseen_timeout'):
         assert f'<span class="pre">{name}</span>' in parameters
     named = (tmp_path / 'reference' / 'api.html').read_text()
     for name in billiard_shot.__all__:

@@ -29,19 +29,10 @@ def steady_time() -> float:
 
 @dataclass(slots=True)
 class ClockWatch:
-    """
-    Compares a clock with a steady clock: it must advance, and must not jump.
-
-    Parameters
-    ----------
-    name : str
-    timeout : float
-        Longest time for which the clock may stand still [s].
-
-    """
+    """Compares a clock with a steady clock: it must advance, and must not jump."""
 
     name: str
-    timeout: float
+    timeout: float  # longest time for which the clock may stand still [s]
     time: float = math.nan  # last reading of the clock
     _advanced: float = -math.inf  # steady time at which the clock last advanced
     _jump: float = 0.0  # size of the last jump; below 0: back

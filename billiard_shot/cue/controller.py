@@ -7,8 +7,8 @@ The controller acts on messages at once; it checks for time-outs and progress at
 After a pause without calls, it trusts no message from before the pause.
 """
 
-from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from collections import deque
+from collections.abc import Callable, Hashable, Mapping, Sequence
 import math
 from typing import Any
 
@@ -16,7 +16,7 @@ import numpy as np
 
 from billiard_shot.cue.clock import ClockWatch
 from billiard_shot.cue.execution import Command, Execution, Result, Settings
-from billiard_shot.cue.goals import check_goal, remember
+from billiard_shot.cue.goals import check_goal
 from billiard_shot.cue.inputs import Heartbeat, HeartbeatInput
 from billiard_shot.cue.joint_trajectory import JointTrajectory
 from billiard_shot.cue.measurement import MeasuredStrike, StrikeDetector
@@ -43,6 +43,9 @@ OVERRUN = 0.1
 
 RESTING = 0.05
 """Largest speed at which a joint counts as being at rest, relative to its speed limit."""
+
+REMEMBERED = 10_000
+"""Number of shots that are not played again; the oldest is forgotten first."""
 
 RECOVERY = 4.0
 """
@@ -87,40 +90,57 @@ class Controller:
         on_result: Callable[[Result], None] = lambda _: None,
     ) -> None:
         self.state = SafetyState.DISARMED
-        self.reason = 'started'
         self.estop = HeartbeatInput('estop', settings.estop_timeout, safe=False)
         self.interlock = HeartbeatInput('interlock', settings.interlock_timeout, safe=True)
         self.joints = Heartbeat('joint_states', settings.joint_states_timeout)
-        self.clock = ClockWatch('ROS clock', settings.max_pause)
         self.missing_joints = self.controller_problem = ''
         self.other_drivers = ''
         self.command: Command | None = None
-        self.mechanism = mechanism
-        self._scene, self._settings = scene, settings
         self._tell_state, self._tell_command = on_state, on_command
         self._tell_strike, self._tell_result = on_strike, on_result
-        self._played: dict[str, None] = {}  # ids of shots, in their order
-        self.table = TableWatch(settings)
+        self._played: deque[str] = deque(maxlen=REMEMBERED)  # ids of shots
         self.position = self.velocity = np.full(len(JOINTS), math.nan)
+        self._execution: Execution | None = None
+        self._begin = 0.0  # of the current trajectory
+        self.configure(mechanism, scene, settings)
+
+    def configure(self, mechanism: Mechanism, scene: Scene, settings: Settings) -> None:
+        """
+        Start over while nothing moves, perhaps with other settings, as described for the class.
+
+        A latched state, the distrust of earlier messages and the ids of played shots stay.
+        """
+        self.mechanism, self._scene, self._settings = mechanism, scene, settings
+        self.estop.set_timeout(settings.estop_timeout)
+        self.interlock.set_timeout(settings.interlock_timeout)
+        self.joints.timeout = settings.joint_states_timeout
+        self.clock = ClockWatch('ROS clock', settings.max_pause)
+        self.table = TableWatch(settings)
         self._last_tick = math.inf
         self._has_heard = False
         self.deaf_since = math.inf  # end of a pause, if nothing written later has been received
-        self._execution: Execution | None = None
-        self._begin = 0.0  # of the current trajectory
-        self._number = 0  # of the last command
         ranges = [axis.max - axis.min for axis in mechanism.axes]
         self._near = settings.aim_tolerance * np.array(ranges)
+        if self.state in LATCHED_STATES:
+            self._stop()
+        else:
+            self.reason = 'started'
 
     @property
     def max_pause(self) -> float:
         """Longest time between two ticks after which the inputs are still trusted [s]."""
         return self._settings.max_pause
 
-    def table_problem(self, now: float) -> str:
-        """Reason why the positions of the balls are not known; '' if they are known."""
-        if self.state in MOVING:
-            return self.table.stale_while_aimed(self.clock.time, now)
-        return self.table.stale(self.clock.time, now)
+    def problems(self, now: float) -> dict[str, str]:
+        """Problem of everything that a shot needs, by name; '' if there is none."""
+        return {
+            'estop': self.estop.problem(now),
+            'interlock': self.interlock.problem(now),
+            'mechanism': self.mechanism_fault(now),
+            'table': self.table.stale(self.clock.time, now, is_aimed=self.state in MOVING),
+            'clock': self.clock.problem(now),
+            'other drivers': self.other_drivers,
+        }
 
     @property
     def shot_id(self) -> str:
@@ -144,7 +164,7 @@ class Controller:
         self._hear(written, now)
         self.estop.record(pressed, written, now, publisher)
         if pressed and self.state is not SafetyState.ESTOP:
-            self._event(SafetyEvent.ESTOP, now, 'estop: pressed', GoalOutcome.ESTOP)
+            self._event(SafetyEvent.ESTOP, now, 'estop: pressed')
 
     def receive_interlock(
         self, safe: bool, written: float, now: float, publisher: Hashable = None
@@ -199,8 +219,7 @@ class Controller:
     def reject_table(self, reason: str, now: float) -> None:
         """Know the balls no longer, because a message about them was not valid."""
         self.table.reject(reason)
-        if self._execution and self.state in BEFORE_STROKE:
-            self._give_up(now, self._execution)
+        self._give_up(now)
 
     # --- requests -------------------------------------------------------------------------------
 
@@ -229,29 +248,29 @@ class Controller:
             raise RefusedError(
                 GoalOutcome.BUSY, f'shot {self._execution.shot.plan.shot_id!r} is being executed'
             )
-        decision = self._decide(SafetyEvent.AIM, now, goal_valid=True)
+        problems = self._problems(now) | {Condition.GOAL_VALID: ''}  # checked below
+        decision = decide(self.state, SafetyEvent.AIM, problems)
         if not decision.accepted:
             raise RefusedError(GoalOutcome.NOT_READY, decision.reason)
         if moving := self._moving_joint():
             raise RefusedError(GoalOutcome.NOT_READY, moving)
         check_goal(plan.shot_id, remaining, self._played, self._settings.max_goal_validity)
-        if problem := self.table_problem(now):
+        if problem := self.table.stale(self.clock.time, now, is_aimed=False):
             raise RefusedError(GoalOutcome.TABLE_UNKNOWN, problem)
-        if problem := self.table.moved(plan.balls):
+        if problem := self.table.moved(plan.balls, is_aimed=False):
             raise RefusedError(GoalOutcome.TABLE_DIFFERS, problem)
         shot = prepare_shot(self.mechanism, self._scene, plan)
         expires, expiry = now + remaining, self.clock.time + remaining
         now = clock()
         self._notice_pause(now)
         aim = aim_trajectory(self.mechanism, self.position, shot.aimed)
-        self._execution = Execution(
-            shot, expires, expiry, StrikeDetector(self.mechanism, shot.profile, plan.shot_id)
-        )
+        detector = StrikeDetector(self.mechanism, shot.profile)
+        self._execution = Execution(shot, expires, expiry, detector)
         decision = self._event(SafetyEvent.AIM, now, f'shot {plan.shot_id!r}')
         if not decision.accepted:
             self._execution = None
             raise RefusedError(GoalOutcome.NOT_READY, decision.reason)
-        remember(plan.shot_id, self._played)
+        self._played.append(plan.shot_id)
         self._start(aim, now)
 
     def arm(self, shot_id: str, now: float) -> SafetyDecision:
@@ -268,7 +287,7 @@ class Controller:
         return decision
 
     def disarm(
-        self, now: float, reason: str, outcome: GoalOutcome = GoalOutcome.DISARMED
+        self, now: float, reason: str, outcome: GoalOutcome | None = None
     ) -> SafetyDecision:
         """Stop all motion and return to DISARMED, unless ESTOP or FAULT is latched."""
         return self._event(SafetyEvent.DISARM, now, reason, outcome)
@@ -280,22 +299,7 @@ class Controller:
 
     def fail(self, now: float, reason: str) -> None:
         """Stop all motion and latch FAULT."""
-        self._event(SafetyEvent.FAIL, now, reason, GoalOutcome.FAULT)
-
-    def take_over(self, before: 'Controller') -> None:
-        """
-        Take over the state that new settings must not reset.
-
-        It consists of a latched state, the distrust of earlier messages, and the used goals.
-        """
-        self._played = before._played
-        self.estop.take_over(before.estop)
-        self.interlock.take_over(before.interlock)
-        self.joints.take_over(before.joints)
-        self.position, self.velocity = before.position, before.velocity
-        if before.state in LATCHED_STATES:
-            self.state, self.reason = before.state, before.reason
-            self._stop()
+        self._event(SafetyEvent.FAIL, now, reason)
 
     # --- periodic work --------------------------------------------------------------------------
 
@@ -305,20 +309,15 @@ class Controller:
         self._last_tick = now
         if self.state in MOVING:
             if problem := self.estop.problem(now):
-                self._event(SafetyEvent.ESTOP, now, problem, GoalOutcome.ESTOP)
+                self._event(SafetyEvent.ESTOP, now, problem)
             self._watch_interlock(now)
         if self.state in MOVING and (problem := self.mechanism_fault(now)):
             self.fail(now, problem)
         if self.state in BEFORE_STROKE and (problem := self.clock.problem(now)):
-            self._event(SafetyEvent.INTERRUPTED, now, problem, GoalOutcome.DISARMED)
+            self._event(SafetyEvent.INTERRUPTED, now, problem)
+        self._give_up(now)
         if self._execution:
-            {
-                SafetyState.AIMING: self._aim,
-                SafetyState.AIMED: self._wait,
-                SafetyState.ARMED: self._fire,
-                SafetyState.FIRING: self._brake,
-                SafetyState.RETRACTING: self._retract,
-            }[self.state](now, self._execution)
+            self._progress(now, self._execution)
 
     def _notice_pause(self, now: float) -> None:
         """
@@ -336,10 +335,7 @@ class Controller:
             self.deaf_since = now
         for each in (self.estop, self.interlock, self.joints, self.table.heartbeat):
             each.forget(now + RECOVERY)
-        outcome = GoalOutcome.DISARMED if self.state in BEFORE_STROKE else GoalOutcome.FAULT
-        self._event(
-            SafetyEvent.INTERRUPTED, now, f'this process did not run for {pause:.3g} s', outcome
-        )
+        self._event(SafetyEvent.INTERRUPTED, now, f'this process did not run for {pause:.3g} s')
 
     def _hear(self, written: float, now: float) -> None:
         """Note that a message has been received."""
@@ -348,64 +344,56 @@ class Controller:
         if written > self.deaf_since:
             self.deaf_since = math.inf
 
-    def _aim(self, now: float, execution: Execution) -> None:
-        off = np.abs(self.position - execution.shot.aimed) / self._near
-        if self._give_up(now, execution):
-            return
-        overdue = self._overdue(now)
-        if overdue >= 0.0 and off.max() <= 1.0:
-            self._event(SafetyEvent.REACH, now, 'waiting to be armed')
+    def _give_up(self, now: float) -> None:
+        """Before the stroke: end a goal that is no longer valid."""
+        if self._execution and self.state in BEFORE_STROKE:
+            outcome, problem = self._goal_problem(now)
+            if problem:
+                self._event(SafetyEvent.EXPIRE, now, problem, outcome)
+
+    def _progress(self, now: float, execution: Execution) -> None:
+        """Enter the next state as soon as the motion of the current one has ended."""
+        if self.state is SafetyState.AIMING:
+            self._reach(now, SafetyEvent.REACH, 'waiting to be armed')
+        elif self.state is SafetyState.ARMED:
+            settled = (np.abs(self.position - execution.shot.aimed) <= self._near).all()
+            if now >= execution.fire_at and settled:
+                fired = self._event(SafetyEvent.FIRE, now, 'striking')
+                if fired.accepted:
+                    stroke = execution.shot.stroke
+                    self._start(stroke.trajectory, now, stroke.home)
+        elif self.state is SafetyState.FIRING:
+            overdue = now - self._begin - execution.shot.stroke.stop
+            if overdue >= 0.0 and execution.detector.strike and self.velocity[STROKE] <= 0.01:
+                self._event(SafetyEvent.BRAKED, now, 'drawing back')
+            elif overdue > self._settings.motion_timeout:
+                self.fail(now, 'stroke: the cue has not met the ball and stopped in time')
+        elif self.state is SafetyState.RETRACTING:
+            self._reach(now, SafetyEvent.HOME, 'done', GoalOutcome.OK)
+
+    def _reach(
+        self, now: float, event: SafetyEvent, reason: str, outcome: GoalOutcome | None = None
+    ) -> None:
+        """Note when the joints have reached the end of their trajectory; fault if they do not."""
+        assert self.command
+        assert self.command.trajectory
+        target = self.command.trajectory.positions[-1]
+        off = self.position - target
+        errors = np.abs(off) / self._near
+        overdue = now - self._begin - self.command.trajectory.duration
+        if overdue >= 0.0 and errors.max() <= 1.0:
+            self._event(event, now, reason, outcome)
         elif overdue > self._settings.motion_timeout:
-            self.fail(now, self._stuck(int(off.argmax()), execution.shot.aimed))
-
-    def _wait(self, now: float, execution: Execution) -> None:
-        self._give_up(now, execution)
-
-    def _fire(self, now: float, execution: Execution) -> None:
-        if self._give_up(now, execution):
-            return
-        if now > execution.armed_until:
-            self._event(
-                SafetyEvent.EXPIRE,
+            joint = int(errors.argmax())
+            self.fail(
                 now,
-                (f'armed for more than {self._settings.arm_timeout:g} s without firing'),
-                GoalOutcome.ARM_TIMEOUT,
+                f'{JOINTS[joint]}: {off[joint]:.3g} {UNITS[joint]} from where it should have been '
+                f'{self._settings.motion_timeout:g} s ago',
             )
-            return
-        settled = (np.abs(self.position - execution.shot.aimed) <= self._near).all()
-        if (
-            now >= execution.fire_at
-            and settled
-            and self._event(SafetyEvent.FIRE, now, 'striking').accepted
-        ):
-            self._start(execution.shot.stroke.trajectory, now, execution.shot.stroke.home)
-
-    def _brake(self, now: float, execution: Execution) -> None:
-        overdue = now - self._begin - execution.shot.stroke.stop
-        if overdue < 0.0:
-            return
-        if execution.detector.strike and self.velocity[STROKE] <= 0.01:
-            self._event(SafetyEvent.BRAKED, now, 'drawing back')
-        elif overdue > self._settings.motion_timeout:
-            self.fail(now, 'stroke: the cue has not met the ball and stopped in time')
-
-    def _retract(self, now: float, execution: Execution) -> None:
-        home = execution.shot.stroke.trajectory.positions[-1]
-        off = np.abs(self.position - home) / self._near
-        overdue = self._overdue(now)
-        if overdue >= 0.0 and off.max() <= 1.0:
-            self._event(SafetyEvent.HOME, now, 'done')
-        elif overdue > self._settings.motion_timeout:
-            self.fail(now, self._stuck(int(off.argmax()), home))
 
     def _watch_interlock(self, now: float) -> None:
         if self.state in MOVING and (problem := self.interlock.problem(now)):
-            outcome = (
-                GoalOutcome.FAULT
-                if self.state in (SafetyState.FIRING, SafetyState.RETRACTING)
-                else GoalOutcome.DISARMED
-            )
-            self._event(SafetyEvent.INTERLOCK_LOST, now, problem, outcome)
+            self._event(SafetyEvent.INTERLOCK_LOST, now, problem)
 
     def _watch_brake(self, now: float) -> None:
         assert self._execution
@@ -418,21 +406,18 @@ class Controller:
                 'stopped: the brake was late, or there was no ball',
             )
 
-    def _give_up(self, now: float, execution: Execution) -> bool:
-        """End the goal if its conditions do not hold any more; return whether it has ended."""
-        for outcome, problem in self._goal_problems(now, execution):
-            if problem:
-                self._event(SafetyEvent.EXPIRE, now, problem, outcome)
-                return True
-        return False
-
     # --- decisions ------------------------------------------------------------------------------
 
     def _event(
-        self, event: SafetyEvent, now: float, reason: str, outcome: GoalOutcome = GoalOutcome.OK
+        self, event: SafetyEvent, now: float, reason: str, outcome: GoalOutcome | None = None
     ) -> SafetyDecision:
-        """Enter the next state of the table; a state without motion stops the mechanism."""
-        decision = self._decide(event, now)
+        """
+        Enter the next state of the table; a state without motion stops the mechanism.
+
+        The goal ends with `outcome`, by default that with the name of the state: DISARMED, ESTOP
+        or FAULT.
+        """
+        decision = decide(self.state, event, self._problems(now))
         if not decision.accepted:
             return decision
         self.state, self.reason = decision.state, reason
@@ -441,49 +426,59 @@ class Controller:
         self._tell_state()
         if self._execution and self.state not in MOVING:
             execution, self._execution = self._execution, None
+            if outcome is None:
+                outcome = GoalOutcome[self.state.name]
             self._tell_result(Result(outcome, reason, execution.detector.strike))
         return decision
 
+    def _start(self, trajectory: JointTrajectory, now: float, whole: float = 0.0) -> None:
+        self._begin = now
+        self.command = Command(trajectory, whole)
+        self._tell_command(self.command)
+
     def _stop(self) -> None:
         """Command a stop, which is repeated if the state is latched."""
-        self._number += 1
-        stop = Command(self._number, None)
+        stop = Command(None)
         self.command = None if self.state is SafetyState.DISARMED else stop
         self._tell_command(stop)
 
-    def _decide(self, event: SafetyEvent, now: float, goal_valid: bool = False) -> SafetyDecision:
-        execution = self._execution
-        problems = {
+    def _problems(self, now: float) -> dict[Condition, str]:
+        """Why conditions do not hold; '' for those that do."""
+        is_armed = self._execution and now <= self._execution.armed_until
+        return {
             Condition.ESTOP_FRESH: self.estop.problem(now),
             Condition.INTERLOCK_FRESH: self.interlock.problem(now),
             Condition.MECHANISM_HEALTHY: self.mechanism_fault(now),
             Condition.ALONE: self.other_drivers,
             Condition.CLOCK_RUNS: self.clock.problem(now),
-            Condition.ARM_VALID: '' if execution and now <= execution.armed_until else 'not armed',
-            Condition.GOAL_VALID: ''
-            if goal_valid
-            else 'no goal'
-            if execution is None
-            else next(
-                (problem for _, problem in self._goal_problems(now, execution) if problem), ''
-            ),
+            Condition.ARM_VALID: '' if is_armed else 'not armed',
+            Condition.GOAL_VALID: self._goal_problem(now)[1],
         }
-        decision = decide(
-            self.state, event, {name for name, problem in problems.items() if not problem}
-        )
-        why = '; '.join(problems[name] for name in decision.missing)
-        if not why:
-            return decision
-        return replace(decision, reason=f'{decision.reason} ({why})')
 
-    def _goal_problems(
-        self, now: float, execution: Execution
-    ) -> Iterator[tuple[GoalOutcome, str]]:
-        """Yield why a goal is no longer valid, or '', with the outcome that it has then."""
+    def _goal_problem(self, now: float) -> tuple[GoalOutcome, str]:
+        """Find why the goal is no longer valid, or '', and the outcome that it has then."""
+        execution = self._execution
+        if execution is None:
+            return GoalOutcome.DISARMED, 'no goal'
         expired = execution.has_expired(now, self.clock.time)
-        yield GoalOutcome.EXPIRED, 'the goal has expired' if expired else ''
-        yield GoalOutcome.TABLE_STALE, self.table.stale_while_aimed(self.clock.time, now)
-        yield GoalOutcome.TABLE_MOVED, self.table.moved_while_aimed(execution.shot.plan.balls)
+        late = self.state is SafetyState.ARMED and now > execution.armed_until
+        limit = self._settings.arm_timeout
+        problems = (
+            (GoalOutcome.EXPIRED, 'the goal has expired' if expired else ''),
+            (
+                GoalOutcome.TABLE_STALE,
+                self.table.stale(self.clock.time, now, is_aimed=True),
+            ),
+            (
+                GoalOutcome.TABLE_MOVED,
+                self.table.moved(execution.shot.plan.balls, is_aimed=True),
+            ),
+            (
+                GoalOutcome.ARM_TIMEOUT,
+                f'armed for more than {limit:g} s without firing' if late else '',
+            ),
+        )
+        return next((each for each in problems if each[1]), (GoalOutcome.OK, ''))
 
     def mechanism_fault(self, now: float) -> str:
         """Return why the mechanism is not to be trusted; '' if it is."""
@@ -524,22 +519,3 @@ class Controller:
             if abs(velocity) > RESTING * axis.speed:
                 return f'{name} still moves, at {velocity:.3g} {unit}/s'
         return ''
-
-    def _overdue(self, now: float) -> float:
-        """Time since the end of the current trajectory [s]; negative before its end."""
-        assert self.command
-        assert self.command.trajectory
-        return now - self._begin - self.command.trajectory.duration
-
-    def _stuck(self, joint: int, target: Array) -> str:
-        off = float(self.position[joint] - target[joint])
-        return (
-            f'{JOINTS[joint]}: {off:.3g} {UNITS[joint]} from where it should have been '
-            f'{self._settings.motion_timeout:g} s ago'
-        )
-
-    def _start(self, trajectory: JointTrajectory, now: float, whole: float = 0.0) -> None:
-        self._number += 1
-        self._begin = now
-        self.command = Command(self._number, trajectory, whole)
-        self._tell_command(self.command)

@@ -90,12 +90,10 @@ class Command:
     """
     Command for the mechanism: follow a trajectory, or stop.
 
-    Every new command has the next `number`; a repeated command keeps its number. Until the time
-    `whole` [s] the trajectory must not be cut: it is a stroke, which brakes before the cloth and
-    draws the cue back.
+    Until the time `whole` [s] the trajectory must not be cut: it is a stroke, which brakes before
+    the cloth and draws the cue back.
     """
 
-    number: int
     trajectory: JointTrajectory | None  # None: stop
     whole: float = 0.0
 

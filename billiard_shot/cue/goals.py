@@ -4,16 +4,6 @@ from collections.abc import Container
 
 from billiard_shot.cue.outcome import GoalOutcome, RefusedError
 
-REMEMBERED = 10_000
-"""Number of shot ids that are remembered; the oldest is dropped first."""
-
-
-def remember(shot_id: str, played: dict[str, None]) -> None:
-    """Note that the cue is aimed for a shot, in the ids of all shots so far."""
-    played[shot_id] = None
-    if len(played) > REMEMBERED:
-        del played[next(iter(played))]
-
 
 def check_goal(
     shot_id: str, remaining: float, played: Container[str], max_validity: float

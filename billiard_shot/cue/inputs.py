@@ -1,7 +1,7 @@
 """Inputs of the controller that must be repeated: their values, and whether they are fresh."""
 
 from collections.abc import Hashable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 import math
 from typing import Any
 
@@ -13,18 +13,12 @@ class Heartbeat:
 
     An input is fresh for `timeout` after its last message was *written*. The time of reception is
     not used, because a message may have waited in a queue.
-
-    Parameters
-    ----------
-    name : str
-    timeout : float
-        Longest allowed age of the last message [s].
-
     """
 
     name: str
-    timeout: float
-    written: float = -math.inf
+    timeout: float  # longest allowed age of the last message [s]
+    value: bool | None = None  # of the last message, if the input has one
+    written: float = -math.inf  # time of the last message
     _valid_from: float = -math.inf
     _ahead: float = 0.0
 
@@ -44,10 +38,6 @@ class Heartbeat:
     def forget(self, until: float) -> None:
         """Treat all messages written before the time `until` as not fresh."""
         self._valid_from = until
-
-    def take_over(self, before: 'Heartbeat') -> None:
-        """Take over from `before` the time from which messages are trusted."""
-        self._valid_from = before._valid_from
 
     def stale(self, now: float) -> str:
         """Return why the input is not fresh; '' if it is."""
@@ -72,34 +62,18 @@ class Heartbeat:
 
 
 @dataclass(slots=True)
-class _PublisherHeartbeat(Heartbeat):
-    """Last message of one publisher of an input."""
-
-    value: bool | None = None
-
-
-@dataclass(slots=True)
 class HeartbeatInput:
     """
     Boolean input that every one of its publishers must repeat, and that all must call safe.
 
     A publisher that exists but has said nothing yet may be about to say that it is not safe. So it
     counts as silent if no message of it arrives within `timeout`.
-
-    Parameters
-    ----------
-    name : str
-    timeout : float
-        Longest allowed age of the last message of each publisher [s].
-    safe : bool
-        The value that allows motion.
-
     """
 
     name: str
-    timeout: float
-    safe: bool
-    _publishers: dict[Hashable, _PublisherHeartbeat] = field(default_factory=dict)
+    timeout: float  # longest allowed age of the last message of each publisher [s]
+    safe: bool  # the value that allows motion
+    _publishers: dict[Hashable, Heartbeat] = field(default_factory=dict)
     # Publishers that have said nothing yet: since when they are known, and their node.
     _unheard: dict[Hashable, tuple[float, str]] = field(default_factory=dict)
     _valid_from: float = -math.inf
@@ -108,7 +82,7 @@ class HeartbeatInput:
         """Record a message of a publisher; if it is not safe, even an ignored one counts."""
         last = self._publishers.get(publisher)
         if last is None:
-            last = _PublisherHeartbeat(self.name, self.timeout, _valid_from=self._valid_from)
+            last = Heartbeat(self.name, self.timeout, _valid_from=self._valid_from)
             self._publishers[publisher] = last
             self._unheard.pop(publisher, None)
         if last.record(written, now) or value is not self.safe:
@@ -136,13 +110,11 @@ class HeartbeatInput:
         for each in self._publishers.values():
             each.forget(until)
 
-    def take_over(self, before: 'HeartbeatInput') -> None:
-        """Take over what each publisher said last, and from when messages are trusted."""
-        self._valid_from = before._valid_from
-        self._publishers = {
-            name: replace(each, timeout=self.timeout) for name, each in before._publishers.items()
-        }
-        self._unheard = before._unheard
+    def set_timeout(self, timeout: float) -> None:
+        """Set the longest allowed age of messages [s]."""
+        self.timeout = timeout
+        for each in self._publishers.values():
+            each.timeout = timeout
 
     def problem(self, now: float) -> str:
         """Return why the input does not allow motion; '' if it does."""

@@ -19,22 +19,12 @@ MIN_MOVE_TIME = 1e-6  # s: shorter moves are left out; times in messages are who
 
 @dataclass(frozen=True, slots=True, eq=False)
 class JointTrajectory:
-    """
-    Motion of n joints through k knots.
+    """Motion of n joints through k knots."""
 
-    Parameters
-    ----------
-    times : (k,) float array
-        Times of the knots [s], ascending from 0.
-    positions, velocities, accelerations : (k, n) float array
-        Motion of the joints at the knots [m or rad, per s, per s^2].
-
-    """
-
-    times: Array
-    positions: Array
-    velocities: Array
-    accelerations: Array
+    times: Array  # (k,) s, ascending from 0
+    positions: Array  # (k, n) m or rad
+    velocities: Array  # (k, n) m/s or rad/s
+    accelerations: Array  # (k, n) m/s^2 or rad/s^2
 
     @property
     def duration(self) -> float:

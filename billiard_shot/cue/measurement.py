@@ -17,7 +17,6 @@ AVERAGED_FRACTION = 0.8
 class MeasuredStrike:
     """Measured strike: the pose of the tip as it met the ball, and its speed [m/s]."""
 
-    shot_id: str
     tip: TipPose
     speed: float
 
@@ -28,7 +27,6 @@ class StrikeDetector:
 
     mechanism: Mechanism
     profile: StrokeProfile
-    shot_id: str
     strike: MeasuredStrike | None = None
     _speeds: list[float] = field(default_factory=list)
     _joints: Array | None = None
@@ -48,7 +46,6 @@ class StrikeDetector:
             return False
         joints = self._joints.copy()
         joints[STROKE] = contact
-        self.strike = MeasuredStrike(
-            self.shot_id, forward_kinematics(self.mechanism, joints), float(np.mean(self._speeds))
-        )
+        speed = float(np.mean(self._speeds))
+        self.strike = MeasuredStrike(forward_kinematics(self.mechanism, joints), speed)
         return True

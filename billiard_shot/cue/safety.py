@@ -5,7 +5,7 @@ The table gives, for each state and event, the next state and the conditions for
 An event that the table does not have is refused, with the reason.
 """
 
-from collections.abc import Set
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import IntEnum, StrEnum
 
@@ -122,29 +122,27 @@ TRANSITIONS: dict[tuple[SafetyState, SafetyEvent], tuple[SafetyState, frozenset[
 
 @dataclass(frozen=True, slots=True)
 class SafetyDecision:
-    """
-    Whether an event is accepted, and the state after it.
-
-    If the event is refused, `reason` says why; `missing` lists the conditions that do not hold.
-    """
+    """Whether an event is accepted, the state after it, and the reason if it is refused."""
 
     accepted: bool
     state: SafetyState
     reason: str = ''
-    missing: tuple[Condition, ...] = ()
 
 
-def decide(state: SafetyState, event: SafetyEvent, conditions: Set[Condition]) -> SafetyDecision:
-    """Look up an event in the table, given the conditions that hold."""
+def decide(
+    state: SafetyState, event: SafetyEvent, problems: Mapping[Condition, str]
+) -> SafetyDecision:
+    """Look up an event in the table; `problems` says why conditions do not hold."""
     if (state, event) not in TRANSITIONS:
         possible = [start.name for start, happening in TRANSITIONS if happening is event]
         return SafetyDecision(
             False,
             state,
-            (f'{event}: not possible in state {state.name}, only in {", ".join(possible)}'),
+            f'{event}: not possible in state {state.name}, only in {", ".join(possible)}',
         )
     after, needed = TRANSITIONS[state, event]
-    missing = tuple(condition for condition in Condition if condition in needed - conditions)
+    missing = [each for each in Condition if each in needed and problems.get(each)]
     if missing:
-        return SafetyDecision(False, state, f'{event}: needs: {"; ".join(missing)}', missing)
+        why = '; '.join(problems[each] for each in missing)
+        return SafetyDecision(False, state, f'{event}: needs: {"; ".join(missing)} ({why})')
     return SafetyDecision(True, after)

@@ -15,28 +15,13 @@ distribution), and the tolerance comes on top.
 
 @dataclass(frozen=True, slots=True)
 class Sighting:
-    """
-    One ball, as it was last detected.
+    """One ball, as it was last detected."""
 
-    Parameters
-    ----------
-    position : (2,) tuple of float
-        Centre of the ball, x and y [m], in the frame `table`.
-    covariance : (3,) tuple of float
-        Elements xx, xy and yy of the covariance of the position [m^2]; zeros: exact.
-    is_seen : bool
-        Whether the ball is detected at present. If it is not, it may be anywhere.
-    is_moving : bool
-    time : float
-        Time of the last detection on the clock of the messages [s]; 0 if it is not known.
-
-    """
-
-    position: tuple[float, float]
-    covariance: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    is_seen: bool = True
+    position: tuple[float, float]  # centre, x and y in the frame `table`, m
+    covariance: tuple[float, float, float] = (0.0, 0.0, 0.0)  # xx, xy, yy, m^2; zeros: exact
+    is_seen: bool = True  # at present; if it is not seen, it may be anywhere
     is_moving: bool = False
-    time: float = 0.0
+    time: float = 0.0  # of the last detection, on the clock of the messages, s; 0: not known
 
 
 Balls = Mapping[str, Sighting]
@@ -54,20 +39,20 @@ def largest_deviation(balls: Balls) -> float:
     )
 
 
-def moved(planned: Balls, seen: Balls, tolerance: float) -> str:
+def moved(planned: Balls, seen: Balls, tolerance: float, may_be_hidden: bool = False) -> str:
     """
     Return which ball does not lie at its planned place; '' if all do.
 
     A ball lies elsewhere if its distance from the planned place is more than `tolerance` [m] plus
     `SURE_SIGMAS` standard deviations of that distance. The errors of both positions are
-    independent.
+    independent. A ball that is not seen lies where it was last seen if it `may_be_hidden`.
     """
     for name in sorted(planned.keys() | seen.keys()):
         if name not in seen:
             return f'ball {name!r} of the plan is not on the table'
         if name not in planned:
             return f'ball {name!r} is on the table, but not in the plan'
-        if not seen[name].is_seen:
+        if not (seen[name].is_seen or may_be_hidden):
             return f'ball {name!r} is not seen'
         if seen[name].is_moving:
             return f'ball {name!r} moves'

@@ -81,27 +81,6 @@ class Faults:
         check(self)
 
 
-@dataclass(frozen=True, slots=True)
-class Stop:
-    """
-    Record of a stop, on the mechanism's own clock.
-
-    Parameters
-    ----------
-    commanded : bool
-        True if a command stopped the mechanism, False if commands ceased.
-    silence : float
-        Time from the last command to the start of braking [s].
-    braking : float
-        Time from the start of braking until all joints stood still [s].
-
-    """
-
-    commanded: bool
-    silence: float
-    braking: float
-
-
 class SimulatedMechanism:
     """
     The mechanism, simulated by calls of `advance`; times are those of any steady clock [s].
@@ -119,6 +98,11 @@ class SimulatedMechanism:
     seed : int
         Seed of all random numbers.
 
+    Attributes
+    ----------
+    stops : list of str
+        Cause of each stop, and the time from the start of braking until all joints stood still.
+
     """
 
     def __init__(
@@ -131,7 +115,7 @@ class SimulatedMechanism:
         seed: int = 0,
     ) -> None:
         self.faults = Faults()
-        self.stops: list[Stop] = []
+        self.stops: list[str] = []
         self.position = np.array(start, dtype=float)  # of the actuators
         self.velocity = np.zeros(len(JOINTS))
         self._command_timeout = command_timeout
@@ -142,9 +126,9 @@ class SimulatedMechanism:
         self._now = now
         self._last_command = -math.inf
         self._trajectory: JointTrajectory | None = None  # None: stop and hold
-        self._number = 0
+        self._newest: JointTrajectory | None = None  # the last trajectory that was commanded
         self._begin = now
-        self._brake: tuple[bool, float, float] | None = None  # the current stop
+        self._brake: tuple[str, float] | None = None  # cause and time of the current stop
         self._brake_wanted = math.inf
 
     @property
@@ -157,40 +141,38 @@ class SimulatedMechanism:
         """Whether the mechanism is at rest and follows no trajectory."""
         return self._trajectory is None and not self.moving
 
-    def command(self, trajectory: JointTrajectory, number: int, now: float) -> None:
-        """Follow a trajectory; with an old number, only note that the driver is alive."""
+    def command(self, trajectory: JointTrajectory, now: float) -> None:
+        """Follow a trajectory; if it is not a new object, only note that the driver is alive."""
         self.advance(now)
         if self._random.random() < self.faults.command_loss_rate:
             return
         self._last_command = now
-        if number > self._number:
-            self._number, self._trajectory, self._begin = (
-                number,
-                trajectory,
-                now + self._flaws.latency,
-            )
+        if trajectory is not self._newest:
+            self._newest = self._trajectory = trajectory
+            self._begin = now + self._flaws.latency
             self._brake, self._brake_wanted = None, math.inf
 
     def stop(self, now: float) -> None:
         """Brake all joints at their largest accelerations, until a new trajectory is commanded."""
         self.advance(now)
         if self._random.random() >= self.faults.command_loss_rate and self._trajectory is not None:
-            self._stop(commanded=True)
+            self._stop('stopped by command')
 
     def advance(self, now: float) -> None:
         """Simulate until the time `now` [s]."""
-        steps = math.ceil((now - self._now) / SUBSTEP - 1e-6)
-        for _ in range(max(steps, 0)):
-            if (
-                self._trajectory is not None
-                and self._now - self._last_command > self._command_timeout
-            ):
-                self._stop(commanded=False)
+        steps = max(math.ceil((now - self._now) / SUBSTEP - 1e-6), 0)
+        if self.stopped and not self._brake:
+            self._now += steps * SUBSTEP
+            return
+        for _ in range(steps):
+            silence = self._now - self._last_command
+            if self._trajectory is not None and silence > self._command_timeout:
+                self._stop(f'stopped by itself: no command for {silence:.3f} s')
             self._step()
             self._now += SUBSTEP
             if self._brake and not self.moving:
-                commanded, silence, began = self._brake
-                self.stops.append(Stop(commanded, silence, self._now - began))
+                cause, began = self._brake
+                self.stops.append(f'{cause}; at rest after {self._now - began:.3f} s')
                 self._brake = None
 
     def measured(self) -> tuple[Array, Array]:
@@ -203,9 +185,9 @@ class SimulatedMechanism:
             return self.position.copy(), self.velocity.copy()
         return np.round(self.position / step) * step, self.velocity.copy()
 
-    def _stop(self, *, commanded: bool) -> None:
+    def _stop(self, cause: str) -> None:
         self._trajectory = None
-        self._brake = commanded, self._now - self._last_command, self._now
+        self._brake = cause, self._now
 
     def _step(self) -> None:
         held = self.position[INCLINE]

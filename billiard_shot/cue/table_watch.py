@@ -10,13 +10,11 @@ Each ball has the time of its last detection, and a message has the time at whic
   Messages must still arrive within `table_timeout`: a camera that has ended is noticed at once.
 """
 
-from collections.abc import Mapping
-from dataclasses import replace
 import math
 
 from billiard_shot.cue.execution import Settings
 from billiard_shot.cue.inputs import Heartbeat
-from billiard_shot.cue.sightings import Balls, moved, Sighting
+from billiard_shot.cue.sightings import Balls, moved
 
 
 class TableWatch:
@@ -52,26 +50,13 @@ class TableWatch:
         """Know the balls no longer, because a message was not valid."""
         self._balls, self._fault = {}, reason
 
-    def stale(self, stamp_now: float, now: float) -> str:
-        """Return why the balls are not known well enough to aim a shot; '' if they are."""
-        return self._stale(stamp_now, now, self._settings.table_timeout)
+    def moved(self, planned: Balls, *, is_aimed: bool) -> str:
+        """Return which ball does not lie, or is not seen, at its planned place; '' if all do."""
+        return moved(planned, self._balls, self._settings.table_tolerance, is_aimed)
 
-    def stale_while_aimed(self, stamp_now: float, now: float) -> str:
-        """Return why the balls are no longer known for an aimed shot; '' if they are."""
-        return self._stale(stamp_now, now, self._settings.unseen_timeout)
-
-    def moved(self, planned: Balls) -> str:
-        """Return which ball does not lie, and is not seen, at its planned place; '' if all do."""
-        return moved(planned, self._balls, self._settings.table_tolerance)
-
-    def moved_while_aimed(self, planned: Balls) -> str:
-        """Return which ball did not lie at its planned place when it was last seen."""
-        seen: Mapping[str, Sighting] = {
-            name: replace(ball, is_seen=True) for name, ball in self._balls.items()
-        }
-        return moved(planned, seen, self._settings.table_tolerance)
-
-    def _stale(self, stamp_now: float, now: float, limit: float) -> str:
+    def stale(self, stamp_now: float, now: float, *, is_aimed: bool) -> str:
+        """Return why the balls are not known well enough for a shot; '' if they are."""
+        limit = self._settings.unseen_timeout if is_aimed else self._settings.table_timeout
         if problem := self._fault or self.heartbeat.stale(now):
             return problem
         if not math.isfinite(stamp_now):

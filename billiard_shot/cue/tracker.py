@@ -41,28 +41,14 @@ ELSEWHERE = 3
 BEFORE_FALL = 0.1
 """Longest time from the last detection of a ball to its fall into a pocket [s]: three pictures."""
 
-"""Detections (n, 5): x, y [m], and xx, xy, yy of the covariance [m^2]."""
-
 
 @dataclass(frozen=True, slots=True)
 class Detection:
-    """
-    One ball that a camera has detected.
+    """One ball that a camera has detected."""
 
-    Parameters
-    ----------
-    name : str
-        Name of the ball; it may be wrong.
-    position : (2,) tuple of float
-        Centre of the ball, x and y [m], in the frame `table`.
-    covariance : (3,) tuple of float
-        Elements xx, xy and yy of the covariance of the position [m^2]; not zero.
-
-    """
-
-    name: str
-    position: Place
-    covariance: tuple[float, float, float]
+    name: str  # may be wrong
+    position: Place  # centre, x and y in the frame `table`, m
+    covariance: tuple[float, float, float]  # of the position: xx, xy, yy, m^2; not zero
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,9 +78,9 @@ class TrackerSettings:
 
 @dataclass(slots=True, eq=False)
 class _Track:
-    """One ball: the window of its detections, a row each, and their last names."""
+    """One ball: the window of its detections, and their last names."""
 
-    window: Array
+    window: Array  # (n, 5): x, y [m], and xx, xy, yy of the covariance [m^2]
     names: deque[str]
     time: float  # of the last detection [s]
     elsewhere: list[Array] = field(default_factory=list)
@@ -117,13 +103,6 @@ class BallTracker:
         Centres of the pockets and their radii [m]. A ball that is lost while it moves at a pocket
         counts as pocketed; every other lost ball is not seen.
 
-    Attributes
-    ----------
-    pocketed : set of str
-        Names of the balls that have fallen into a pocket.
-    time : float
-        Time of the last detection of any ball [s]; 0 if there was none.
-
     """
 
     def __init__(
@@ -140,7 +119,7 @@ class BallTracker:
         """Forget all balls."""
         self._tracks: list[_Track] = []
         self._names: dict[str, _Track] = {}
-        self.time = 0.0
+        self.time = 0.0  # of the last detection of any ball [s]; 0 if there was none
 
     @property
     def pocketed(self) -> set[str]:

@@ -17,6 +17,7 @@ from billiard_shot.cue.execution import Command
 from billiard_shot.cue.joint_trajectory import JointTrajectory
 from billiard_shot.records import Array
 from billiard_shot.ros import cue_conversions as conversions
+from billiard_shot.ros.command_topic import FAREWELL
 
 COMMAND_HORIZON = 0.5
 """
@@ -33,9 +34,6 @@ LEAD = 0.05
 
 CONTROLLER_TIMEOUT = 1.0
 """Longest time in which the controller accepts or rejects a goal [s]."""
-
-FAREWELL_TIME = 0.5
-"""Longest time that an ending driver waits until the controller has accepted the stop [s]."""
 
 
 class ControllerClient:
@@ -126,7 +124,7 @@ class ControllerClient:
         if self._newest and not self._newest.done() and self._client.server_is_ready():
             executor = SingleThreadedExecutor()
             executor.add_node(self._node)
-            executor.spin_until_future_complete(self._newest, FAREWELL_TIME)
+            executor.spin_until_future_complete(self._newest, FAREWELL)
 
     def close(self) -> None:
         """Withdraw the client."""

@@ -97,11 +97,11 @@ def execution_result(result: Result, strike: Strike) -> ExecuteShot.Result:
     return message
 
 
-def strike_message(strike: MeasuredStrike, header: Header) -> Strike:
-    """Message of a measured strike."""
+def strike_message(shot_id: str, strike: MeasuredStrike, header: Header) -> Strike:
+    """Message of the measured strike of a shot."""
     return Strike(
         header=header,
-        shot_id=strike.shot_id,
+        shot_id=shot_id,
         speed=strike.speed,
         cue_pose=pose_of(strike.tip.position, strike.tip.quaternion),
     )
@@ -126,52 +126,27 @@ def measured_stroke(strike: Strike, ball: tuple[float, float, float]) -> Stroke:
     return Stroke.from_pose((x, y, z), quaternion, strike.speed, ball)
 
 
-def health(controller: Controller, life: str, now: float) -> dict[str, str]:
-    """
-    Condition of everything that a shot needs, by name: 'ok' or a problem.
-
-    Parameters
-    ----------
-    controller : Controller
-    life : str
-        Why the node accepts no goals; '' if it does.
-    now : float
-        Time of the controller's clock [s].
-
-    """
-    problems = {
-        'node': life,
-        'estop': controller.estop.problem(now),
-        'interlock': controller.interlock.problem(now),
-        'mechanism': controller.mechanism_fault(now),
-        'table': controller.table_problem(now),
-        'clock': controller.clock.problem(now),
-        'other drivers': controller.other_drivers,
-    }
-    return {name: problem or 'ok' for name, problem in problems.items()}
-
-
 def diagnostics_message(
-    name: str, controller: Controller, found: Mapping[str, str], stamp: Time
+    name: str, controller: Controller, problems: Mapping[str, str], stamp: Time
 ) -> DiagnosticArray:
-    """Diagnostics message of the node `name`, whose `health` is `found`."""
-    wrong = [value for value in found.values() if value != 'ok']
-    level = (
-        DiagnosticStatus.ERROR
-        if controller.state is SafetyState.FAULT or controller.other_drivers
-        else (
-            DiagnosticStatus.WARN
-            if controller.state is SafetyState.ESTOP or wrong
-            else DiagnosticStatus.OK
-        )
-    )
-    values = {'shot_id': controller.shot_id, **found}
+    """Diagnostics message of the node `name`; '' is no problem."""
+    wrong = list(filter(None, problems.values()))
+    if controller.state is SafetyState.FAULT or controller.other_drivers:
+        level = DiagnosticStatus.ERROR
+    elif controller.state is SafetyState.ESTOP or wrong:
+        level = DiagnosticStatus.WARN
+    else:
+        level = DiagnosticStatus.OK
+    values = {key: problem or 'ok' for key, problem in problems.items()}
     status = DiagnosticStatus(
         level=level,
         name=name,
         hardware_id=f'{name.rpartition("/")[0]}/mechanical_cue',
         message='; '.join([f'{controller.state.name}: {controller.reason}', *wrong]),
-        values=[KeyValue(key=key, value=value) for key, value in values.items()],
+        values=[
+            KeyValue(key=key, value=value)
+            for key, value in {'shot_id': controller.shot_id, **values}.items()
+        ],
     )
     return DiagnosticArray(header=Header(stamp=stamp), status=[status])
 

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-import math
 import traceback
 from typing import Any, ClassVar
 
@@ -26,6 +25,7 @@ from billiard_shot.cue.execution import Command, Result, Settings
 from billiard_shot.cue.feedback import JointFeedback
 from billiard_shot.cue.measurement import MeasuredStrike
 from billiard_shot.cue.mechanism import INCLINE, Mechanism
+from billiard_shot.cue.model import elevation_joint
 from billiard_shot.cue.outcome import GoalOutcome, RefusedError
 from billiard_shot.cue.safety import BEFORE_STROKE, MOVING, SafetyDecision, SafetyState
 from billiard_shot.ros import cue_conversions as conversions
@@ -34,12 +34,11 @@ from billiard_shot.ros.command_topic import CommandTopic
 from billiard_shot.ros.controller_client import ControllerClient
 from billiard_shot.ros.conversions import check_frame, seconds, sightings_of
 from billiard_shot.ros.cue_parameters import (
+    check_topic,
     guided_scene,
     OfGuidedScene,
-    OfIncline,
     OfMechanism,
     OfUrgent,
-    topic,
 )
 from billiard_shot.ros.node_runner import (
     EndError,
@@ -61,9 +60,8 @@ from billiard_shot.ros.writing_time import (
     stamped,
     written,
 )
-from billiard_shot.scene.fields import number
-
-TOPIC, FOLLOW_JOINT_TRAJECTORY = 'topic', 'follow_joint_trajectory'
+from billiard_shot.scene import Scene
+from billiard_shot.scene.fields import choice, number
 
 SUCCESS = TransitionCallbackReturn.SUCCESS
 
@@ -82,15 +80,8 @@ DEAF_TIME = 2.0
 """Time after a pause of this process within which the node must hear something [s]."""
 
 
-def _check_interface(name: str) -> None:
-    if name not in (TOPIC, FOLLOW_JOINT_TRAJECTORY):
-        raise ValueError(
-            f'interface must be {TOPIC!r} or {FOLLOW_JOINT_TRAJECTORY!r}, got {name!r}'
-        )
-
-
 @dataclass(frozen=True)
-class CueDriverParameters(OfTable, OfGuidedScene, OfMechanism, OfIncline, OfUrgent):
+class CueDriverParameters(OfTable, OfGuidedScene, OfMechanism, OfUrgent):
     """
     Parameters of the node.
 
@@ -110,8 +101,8 @@ class CueDriverParameters(OfTable, OfGuidedScene, OfMechanism, OfIncline, OfUrge
 
     READ_ONLY: ClassVar = ('autostart', 'interface', 'controller', 'niceness', 'period')
     autostart: bool = False
-    interface: str = checked(TOPIC, _check_interface)
-    controller: str = topic('joint_trajectory_controller/follow_joint_trajectory')
+    interface: str = choice('topic', 'follow_joint_trajectory', default='topic')
+    controller: str = checked('joint_trajectory_controller/follow_joint_trajectory', check_topic)
     period: float = number('s', minimum=0.001, maximum=0.1, default=0.02)
 
 
@@ -159,7 +150,6 @@ class CueDriver(LifecycleNode):
         self._own = parameters.read(CueDriverParameters, self)
         set_niceness(self, self._own.niceness)
         self._decided = 0  # ROS time of the last decision [ns]
-        self._reminded = -math.inf  # time of the last log that the node is not ready
         self._goal: GoalHandle | None = None
         self._ended: Future[Result] | None = None
         self._angle = Float64()
@@ -168,18 +158,25 @@ class CueDriver(LifecycleNode):
         self._destroy: list[Callable[[], object]] = []  # what cleanup undoes
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
         try:
-            self._controller = self._make_controller()
+            loaded = self._load()
         except (ValueError, OSError) as error:
             raise InvalidParameterValueException('scene or time-outs', '', str(error)) from None
+        self._controller = Controller(
+            *loaded,
+            on_state=self._tell_state,
+            on_command=self._send_command,
+            on_strike=self._tell_strike,
+            on_result=self._finish,
+        )
         steady_timer(self, 1.0, self._look_after)
         if self._own.autostart and self.trigger_configure() is SUCCESS:
             self.trigger_activate()
 
     # --- lifecycle ------------------------------------------------------------------------------
 
-    def _make_controller(self) -> Controller:
+    def _load(self) -> tuple[Mechanism, Scene, Settings]:
         """
-        Make a controller with the current parameters.
+        Load what the current parameters say.
 
         Raises
         ------
@@ -199,38 +196,23 @@ class CueDriver(LifecycleNode):
                 f'settle_time must be below arm_timeout, {settings.arm_timeout:g}, or the cue '
                 f'would disarm before it fires, got {settings.settle_time:g} (s)'
             )
-        return Controller(
-            Mechanism.load(self._own.mechanism),
-            guided_scene(self._own.scene),
-            settings,
-            on_state=self._tell_state,
-            on_command=self._send_command,
-            on_strike=self._tell_strike,
-            on_result=self._finish,
-        )
+        return Mechanism.load(self._own.mechanism), guided_scene(self._own.scene), settings
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Start over with the current parameters; a latched state stays."""
-        before = self._controller
         try:
-            self._controller = self._make_controller()
-            self._make_interfaces()
+            mechanism, scene, settings = self._load()
+            self._make_interfaces(mechanism)
         except (ValueError, OSError) as error:
             self.get_logger().error(f'configure failed: {error}')
-            self._controller = before
             return TransitionCallbackReturn.FAILURE
-        warm_up(
-            self,
-            guided_scene(self._own.scene),
-            other_balls=True,
-            compiles=False,
-        )
-        self._controller.take_over(before)
+        warm_up(self, scene, other_balls=True, compiles=False)
+        self._controller.configure(mechanism, scene, settings)
         self._inactive = NOT_ACTIVE
         self._tell_state()
         return super().on_configure(state)
 
-    def _make_interfaces(self) -> None:
+    def _make_interfaces(self, mechanism: Mechanism) -> None:
         """
         Make publishers, subscriptions, services and the action server.
 
@@ -242,11 +224,10 @@ class CueDriver(LifecycleNode):
         """
         own, names = self._own, self._own.joint_names
         commands: CommandTopic | ControllerClient
-        if own.interface == TOPIC:
+        if own.interface == 'topic':
             commands = CommandTopic(self, '~/actuation', names, own.frame)
         else:
-            accelerations = self._controller.mechanism.accelerations
-            commands = ControllerClient(self, own.controller, names, accelerations)
+            commands = ControllerClient(self, own.controller, names, mechanism.accelerations)
         self._commands = commands
         self._feedback = JointFeedback(names)
         self._last_seen = 0  # stamp of the last table_state [ns]
@@ -461,7 +442,9 @@ class CueDriver(LifecycleNode):
             angle, rate = map(np.atleast_1d, elevation)
             stamp = self.get_clock().now().to_msg()
             self._joints.publish(
-                conversions.joints_message([self._own.incline_joint], angle, rate, stamp)
+                conversions.joints_message(
+                    [elevation_joint(self._own.joint_names)], angle, rate, stamp
+                )
             )
         if now - controller.deaf_since > DEAF_TIME and any(
             self.count_publishers(name) for name in ('estop', 'interlock', 'table_state')
@@ -508,7 +491,9 @@ class CueDriver(LifecycleNode):
             self._goal.publish_feedback(ExecuteShot.Feedback(state=message))
 
     def _tell_strike(self, strike: MeasuredStrike) -> None:
-        self._last_strike = conversions.strike_message(strike, parameters.table_header(self))
+        self._last_strike = conversions.strike_message(
+            self._controller.shot_id, strike, parameters.table_header(self)
+        )
         self._strike.publish(self._last_strike)
 
     def _finish(self, result: Result) -> None:
@@ -525,22 +510,14 @@ class CueDriver(LifecycleNode):
         )
 
     def _publish_diagnostics(self) -> None:
-        now = steady_time()
-        health = conversions.health(self._controller, self._inactive, now)
+        now, stamp = steady_time(), self.get_clock().now().to_msg()
+        problems = {'node': self._inactive, **self._controller.problems(now)}
+        name = self.get_fully_qualified_name()
         self._diagnostics.publish(
-            conversions.diagnostics_message(
-                self.get_fully_qualified_name(),
-                self._controller,
-                health,
-                self.get_clock().now().to_msg(),
-            )
+            conversions.diagnostics_message(name, self._controller, problems, stamp)
         )
-        wrong = [value for value in health.values() if value != 'ok']
-        if not wrong:
-            self._reminded = -math.inf
-        elif now - self._reminded > REMINDER_PERIOD:
-            self._reminded = now
-            self.get_logger().warning(f'not ready: {"; ".join(wrong)}')
+        if wrong := '; '.join(filter(None, problems.values())):
+            self.get_logger().warning(f'not ready: {wrong}', throttle_duration_sec=REMINDER_PERIOD)
 
 
 def _aborted(goal: GoalHandle, outcome: GoalOutcome, reason: str) -> ExecuteShot.Result:

@@ -32,18 +32,13 @@ def guided_scene(name_or_path: str) -> Scene:
     return scene
 
 
-def topic(default: str) -> str:
-    """Field for the name of a topic or an action."""
-
-    def check(name: str) -> None:
-        if not TOPIC_NAME.fullmatch(name):
-            raise ValueError(
-                'topic must be words of letters, digits and _ with / between them, none of which '
-                f'begins with a digit, got {name!r}'
-            )
-
-    field: str = checked(default, check)
-    return field
+def check_topic(name: str) -> None:
+    """Raise ValueError if no topic or action can have a name."""
+    if not TOPIC_NAME.fullmatch(name):
+        raise ValueError(
+            'topic must be words of letters, digits and _ with / between them, none of which '
+            f'begins with a digit, got {name!r}'
+        )
 
 
 def _check_joints(names: list[str]) -> None:
@@ -87,21 +82,6 @@ class OfMechanism:
 
     mechanism: str = checked('', Mechanism.load)
     joint_names: list[str] = checked(list(JOINTS), _check_joints)
-
-
-@dataclass(frozen=True)
-class OfIncline:
-    """
-    Parameter of the nodes that name the joint of the incline.
-
-    Parameters
-    ----------
-    incline_joint : str
-        Name of the joint in joint_states that has the elevation of the cue.
-
-    """
-
-    incline_joint: str = 'incline_angle'
 
 
 @dataclass(frozen=True)

@@ -95,7 +95,6 @@ class CueSim(Node):
         self._driver, self._stamp = b'', 0  # of the last trajectory
         self._trajectory: JointTrajectory | None = None
         self._last_command = -math.inf  # time of the last accepted command
-        self._accepted = 0  # number of trajectories so far
         self._refused: tuple[bytes, int] | None = None  # the last refused command
         self._joints = self.create_publisher(JointState, 'joint_states', JOINT_STATES)
         self.create_subscription(JointTrajectoryMessage, 'cue_driver/actuation', self._command, 1)
@@ -122,7 +121,7 @@ class CueSim(Node):
         self._move()  # at rest, the last step may be long ago
         self._set_period(self._fast)
         self._last_command = self._now
-        self._mechanism.command(trajectory, self._accepted, self._now)
+        self._mechanism.command(trajectory, self._now)
 
     def _accept(
         self, message: JointTrajectoryMessage, driver: bytes, stamp: int, age: float
@@ -154,7 +153,6 @@ class CueSim(Node):
             )
         self._trajectory = conversions.trajectory_of(message, self._names)
         self._driver, self._stamp = driver, stamp
-        self._accepted += 1
         return self._trajectory
 
     def _set_period(self, period: float) -> None:
@@ -192,12 +190,7 @@ class CueSim(Node):
                 conversions.joints_message(self._names, position, velocity, stamp.to_msg())
             )
         for stop in self._mechanism.stops:
-            cause = (
-                'stopped by command'
-                if stop.commanded
-                else f'stopped by itself: no command for {stop.silence:.3f} s'
-            )
-            self.get_logger().info(f'{cause}; at rest after {stop.braking:.3f} s')
+            self.get_logger().info(stop)
         self._mechanism.stops.clear()
         if self._mechanism.stopped:
             self._set_period(self._slow)

@@ -100,7 +100,7 @@ class Bench:
         if command.trajectory is None:
             self.mechanism.stop(self.now)
         else:
-            self.mechanism.command(command.trajectory, command.number, self.now)
+            self.mechanism.command(command.trajectory, self.now)
 
     def run(self, seconds, until: Callable[[], bool] = lambda: False):
         """Let time pass; True as soon as `until` is."""

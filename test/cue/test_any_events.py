@@ -33,15 +33,12 @@ class Ideal:
     """A mechanism that is where its trajectory has it."""
 
     def __init__(self):
-        self.position, self.trajectory, self.number, self.begin = HOME.copy(), None, 0, 0.0
+        self.position, self.trajectory, self.begin = HOME.copy(), None, 0.0
         self.off = 0.0  # by how much it is not [m]
 
     def command(self, command, now):
         self.position = self.measured(now)[0] - self.off * (self.trajectory is not None)
-        if command.trajectory is None:
-            self.trajectory = None
-        elif command.number > self.number:
-            self.trajectory, self.number, self.begin = command.trajectory, command.number, now
+        self.trajectory, self.begin = command.trajectory, now
 
     def measured(self, now):
         if self.trajectory is None:

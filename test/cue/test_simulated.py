@@ -16,10 +16,10 @@ def simulated(imperfections=None, start=HOME):
     return SimulatedMechanism(MECHANISM, imperfections or Imperfections(), DEADLINE, start, 0.0, 7)
 
 
-def follow(mechanism, trajectory, seconds, key=1, begin=0.0, period=0.02):
+def follow(mechanism, trajectory, seconds, begin=0.0, period=0.02):
     """Command a trajectory over and over; the time afterwards."""
     for time in np.arange(begin, begin + seconds, period):
-        mechanism.command(trajectory, key, time)
+        mechanism.command(trajectory, time)
     mechanism.advance(begin + seconds)
     return begin + seconds
 
@@ -32,7 +32,7 @@ def test_follows_a_path_that_keeps_its_limits():
     stroke = PREPARED.stroke
     begin = time
     while time < begin + stroke.trajectory.duration:
-        mechanism.command(stroke.trajectory, 2, time)
+        mechanism.command(stroke.trajectory, time)
         position, _, _ = stroke.trajectory.at(time - begin)
         assert abs(mechanism.position[STROKE] - position[STROKE]) < 1e-3
         if begin + stroke.contact - 0.01 < time < begin + stroke.contact:
@@ -72,7 +72,7 @@ def test_stop_brakes_at_once_and_voids_the_path():
     assert speed == pytest.approx(4.0, rel=1e-3)
     now = stroke.contact - 0.01
     mechanism.stop(now)
-    mechanism.command(stroke.trajectory, 1, now)  # a late repetition
+    mechanism.command(stroke.trajectory, now)  # a late repetition
     mechanism.advance(now + speed / MECHANISM.stroke.acceleration + 0.001)
     assert mechanism.stopped
 
@@ -117,7 +117,7 @@ def test_faults():
         broken.faults = faults
         worst_case_stop = 0.0
         for time in np.arange(0.0, PREPARED.stroke.stop + 0.05, 0.001):
-            broken.command(PREPARED.stroke.trajectory, 1, time)
+            broken.command(PREPARED.stroke.trajectory, time)
             worst_case_stop = max(worst_case_stop, broken.position[STROKE])
         assert worst_case_stop > PREPARED.profile.stop_at + 0.005
         if faults.no_ball:  # which plans allow for

@@ -122,8 +122,8 @@ def test_a_measured_strike_is_the_stroke_that_was_played():
     ball = np.array([0.1, -0.2, RADIUS])
     tip = TipPose(ball + RADIUS * np.array(stroke.normal), 1.0, 0.3)
     for off in (-1e-5, 0.0, 1e-5):
-        strike = MeasuredStrike('shot', TipPose(tip.position + off * tip.along, 1.0, 0.3), 2.0)
-        message = conversions.strike_message(strike, Header())
+        strike = MeasuredStrike(TipPose(tip.position + off * tip.along, 1.0, 0.3), 2.0)
+        message = conversions.strike_message('shot', strike, Header())
         back = conversions.measured_stroke(message, tuple(ball))
         np.testing.assert_allclose(back.normal, stroke.normal, atol=1e-12)
         np.testing.assert_allclose(back.velocity, stroke.velocity, atol=1e-12)
