@@ -29,10 +29,7 @@ END_WITH_LAUNCH = 'setpriv --pdeathsig TERM ' if shutil.which('setpriv') else ''
 
 ARGUMENTS = {
     'scene': ('robot_table', 'name or path of a scene'),
-    'mechanism': (
-        '',
-        'path of a YAML file with the mechanism; if empty, the default mechanism',
-    ),
+    'mechanism': ('', 'path of a YAML file with the mechanism; if empty, the default mechanism'),
     'frame': ('table', "name of the table's frame"),
     'params_dir': (
         PathJoinSubstitution([FindPackageShare('billiard_shot'), 'config']),
@@ -59,24 +56,21 @@ ARGUMENTS = {
         'with simulate, the simulated table publishes the detections',
     ),
     'player': ('false', 'true starts the node that plays the turns of the action play_turn'),
-    'model': (
-        'true',
-        'false leaves out the robot model of the mechanical cue and its transforms',
-    ),
+    'model': ('true', 'false leaves out the robot model of the mechanical cue and its transforms'),
     'rviz': ('false', 'true starts RViz, with a view of table, balls, stroke and plan'),
-    'autostart': (
-        'true',
-        'true configures and activates the cue_driver; false leaves that to the operator',
-    ),
+    'autostart': ('true', 'false leaves it to the operator to configure and activate cue_driver'),
 }
 """Default and description of each argument."""
 
 VALUE = {name: LaunchConfiguration(name) for name in ARGUMENTS}
 SHARE = FindPackageShare('billiard_shot')
+VIEW = PathJoinSubstitution([SHARE, 'rviz', 'shot.rviz'])
 SIMULATION = PathJoinSubstitution([SHARE, 'config', 'simulation.yaml'])
 FOR_ALL = ('scene', 'mechanism', 'frame')
 CLOCK = {'use_sim_time': ParameterValue(VALUE['use_sim_time'], value_type=bool)}
 PROFILE = 'FASTDDS_DEFAULT_PROFILES_FILE'
+OWN_PROFILE = PathJoinSubstitution([SHARE, 'config', 'fastdds.xml'])
+SPAWNED = 'joint_state_broadcaster', 'joint_trajectory_controller'
 CONTROLLERS = PathJoinSubstitution([VALUE['params_dir'], 'controllers.yaml'])
 
 
@@ -115,6 +109,8 @@ def generate_launch_description():
     """List what is started, in this order."""
     with_cue, simulated, controlled = (VALUE[name] for name in ('cue', 'simulate', 'control'))
     interface = IfElseSubstitution(controlled, 'follow_joint_trajectory', 'topic')
+    uncontrolled = AndSubstitution(simulated, NotSubstitution(controlled))
+    any_cue = OrSubstitution(OrSubstitution(with_cue, simulated), controlled)
     return LaunchDescription(
         [
             *(
@@ -122,22 +118,14 @@ def generate_launch_description():
                 for name, (default, description) in ARGUMENTS.items()
             ),
             SetEnvironmentVariable(
-                PROFILE,
-                EnvironmentVariable(
-                    PROFILE, default_value=PathJoinSubstitution([SHARE, 'config', 'fastdds.xml'])
-                ),
+                PROFILE, EnvironmentVariable(PROFILE, default_value=OWN_PROFILE)
             ),
             PushROSNamespace(VALUE['namespace']),
             process(
                 'rviz2',
                 'rviz2',
                 parameters=[CLOCK],
-                arguments=[
-                    '-d',
-                    PathJoinSubstitution([SHARE, 'rviz', 'shot.rviz']),
-                    '-f',
-                    VALUE['frame'],
-                ],
+                arguments=['-d', VIEW, '-f', VALUE['frame']],
                 condition=IfCondition(VALUE['rviz']),
                 respawn=False,
             ),
@@ -170,19 +158,8 @@ def generate_launch_description():
                 settings=[{'camera': ParameterValue(VALUE['camera'], value_type=bool)}],
                 condition=IfCondition(simulated),
             ),
-            node(
-                'cue_sim',
-                condition=IfCondition(AndSubstitution(simulated, NotSubstitution(controlled))),
-            ),
-            node(
-                'cue_model',
-                condition=IfCondition(
-                    AndSubstitution(
-                        VALUE['model'],
-                        OrSubstitution(OrSubstitution(with_cue, simulated), controlled),
-                    )
-                ),
-            ),
+            node('cue_sim', condition=IfCondition(uncontrolled)),
+            node('cue_model', condition=IfCondition(AndSubstitution(VALUE['model'], any_cue))),
             GroupAction(
                 [
                     process(
@@ -191,12 +168,7 @@ def generate_launch_description():
                     Node(
                         package='controller_manager',
                         executable='spawner',
-                        arguments=[
-                            'joint_state_broadcaster',
-                            'joint_trajectory_controller',
-                            '--param-file',
-                            CONTROLLERS,
-                        ],
+                        arguments=[*SPAWNED, '--param-file', CONTROLLERS],
                     ),
                 ],
                 condition=IfCondition(controlled),

@@ -13,7 +13,6 @@ from billiard_shot_msgs.msg import CueState, Plan, TableState, Target
 from billiard_shot_msgs.srv import Arm, PredictShot
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray
-from lifecycle_msgs.srv import GetState
 from rcl_interfaces.msg import Log
 import rclpy
 from rclpy.action import ActionClient
@@ -129,7 +128,6 @@ class RobotClient(Node):
         self.problems = ['no diagnostics']  # of cue_driver
         self._predict = ServiceCaller(self, PredictShot, 'predict_shot')
         self._arm: Client[Any, Any] = self.create_client(Arm, 'cue_driver/arm')
-        self._get_life: Client[Any, Any] = self.create_client(GetState, 'cue_driver/get_state')
         self._plan: ActionClient[Any, Any, Any] = ActionClient(self, PlanShot, 'plan_shot')
         self.execute_shot: ActionClient[Any, Any, Any] = ActionClient(
             self, ExecuteShot, 'execute_shot'
@@ -202,7 +200,7 @@ class RobotClient(Node):
 
     def wait_for_table(self) -> None:
         """Wait for a table state; NotReadyError if none is received."""
-        self._wait('table_state', lambda: self.table, lambda: 'no message received')
+        self._wait('table_state', lambda: self.table)
 
     def wait_for_all(self) -> None:
         """Wait for everything that a shot needs; NotReadyError says what is missing, and why."""
@@ -211,43 +209,34 @@ class RobotClient(Node):
 
     def wait_for_driver(self) -> None:
         """Wait until the driver can play; NotReadyError says what is missing, and why."""
-        self._wait('cue_driver', lambda: self.states and self._arm.service_is_ready())
-        self._wait('cue_driver', self.execute_shot.server_is_ready)
+        servers = self._arm.service_is_ready, self.execute_shot.server_is_ready
+        self._wait('cue_driver', lambda: self.states and all(each() for each in servers))
         self.wait_for_table()
         if self.safety_publishers:  # else a shot could end before safety equipment is discovered
             self.until(lambda: monotonic() > self._discovered, DISCOVERY)
         self.problems = ['no diagnostics']
         self._wait('cue_driver', lambda: not self.problems)
 
-    def _wait(
-        self, name: str, ready: Callable[[], object], why: Callable[[], str] | None = None
-    ) -> None:
+    def _wait(self, name: str, ready: Callable[[], object]) -> None:
         """Spin until `ready`; log what for and why after `QUIET_WAIT`, then each `REMINDER`."""
         deadline, silence = monotonic() + self._timeout, QUIET_WAIT
         while not self.until(ready, min(silence, deadline - monotonic())):
-            words = f'{self.resolve_topic_name(name)}: {why() if why else self._reason(name)}'
+            words = f'{self.resolve_topic_name(name)}: {self._reason(name)}'
             if monotonic() > deadline:
                 raise NotReadyError(f'{words}; waited for {self._timeout:g} s')
             self.get_logger().info(f'waiting for {words}')
             silence = REMINDER
 
     def _reason(self, node: str) -> str:
-        """Why a node is not ready, as far as this node can tell."""
+        """Why a node or a topic is not ready, as far as this node can tell."""
+        if node == 'table_state':
+            return 'no message received'
         path = self.resolve_topic_name(node)
         if (node, path.rpartition('/')[0] or '/') not in self.get_node_names_and_namespaces():
             return 'there is no such node'
         if node != 'cue_driver':
             said = self._last_log.get(path.strip('/'))
             return f'the node is starting: {said}' if said else 'the node is starting'
-        if self._get_life.service_is_ready():
-            answer = self._get_life.call_async(GetState.Request())
-            if self.until(answer.done, 1.0):
-                life = result_of(answer).current_state.label
-                if life != 'active':
-                    return (
-                        f'the node is {life}: configure it and activate it, or start it with '
-                        'autostart:=true'
-                    )
         return '; '.join(self.problems) or 'the node is starting'
 
     # --- the table ------------------------------------------------------------------------------

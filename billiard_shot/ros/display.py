@@ -55,15 +55,7 @@ def plan_markers(shots: Sequence[Shot], labels: Sequence[str], header: Header) -
     """
     Show planned shots: the first, which is the best, as `shot_markers` does, the others faint.
 
-    Parameters
-    ----------
-    shots : sequence of Shot
-        Shots of the planned strokes.
-    labels : sequence of str
-        A line of text for each shot, such as its success probability, shown at the end of the cue.
-    header : Header
-        Frame of the table, and time.
-
+    The label of a shot, such as its success probability, is shown at the end of its cue.
     """
     shown = []
     for rank, (shot, text) in enumerate(zip(shots, labels, strict=True)):

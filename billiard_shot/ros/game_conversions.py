@@ -35,11 +35,7 @@ def state_of(message: GameState, balls: Mapping[str, tuple[float, float]], scene
     """
     if scene.table is None:
         raise ValueError('scene: a game needs a table')
-    values: dict[str, Any] = {
-        each.name: getattr(message, each.name)
-        for each in fields(State)
-        if each.name not in OF_THE_TABLE
-    }
+    values = _shared(message)
     find_game(message.game)
     for name in ('choices', 'groups', 'fouls', 'scores'):
         values[name] = tuple(np.asarray(values[name]).tolist())
@@ -55,13 +51,15 @@ def state_of(message: GameState, balls: Mapping[str, tuple[float, float]], scene
 
 def game_state_message(state: State) -> GameState:
     """Message of the state of a game."""
-    values = {
-        each.name: getattr(state, each.name)
-        for each in fields(State)
-        if each.name not in OF_THE_TABLE
-    }
+    values = _shared(state)
     values['winner'] = NOBODY if state.winner is None else state.winner
     return GameState(**{**values, 'choices': list(state.choices), 'groups': list(state.groups)})
+
+
+def _shared(record: State | GameState) -> dict[str, Any]:
+    """Fields that a state and its message have in common."""
+    names = (each.name for each in fields(State) if each.name not in OF_THE_TABLE)
+    return {name: getattr(record, name) for name in names}
 
 
 def balls_message(balls: Mapping[str, tuple[float, float]]) -> list[BallState]:

@@ -21,7 +21,7 @@ import yaml
 
 from billiard_shot import plan, PlanResult, Scene, Status
 from billiard_shot.planning.runner import Progress
-from billiard_shot.planning.targets import KINDS
+from billiard_shot.planning.targets import read_target
 from billiard_shot.ros import display, parameters, plan_conversions
 from billiard_shot.ros.node_runner import (
     BURST,
@@ -44,16 +44,11 @@ FEEDBACK_PERIOD = 0.1
 
 
 def _check_target(text: str) -> None:
-    """Raise ValueError if a target is not a mapping; `plan` checks whether it fits the scene."""
+    """Raise ValueError if a target has mistakes; `plan` checks whether it fits the scene."""
     try:
-        target = yaml.safe_load(text)
+        read_target(yaml.safe_load(text))
     except yaml.YAMLError as error:
         raise ValueError(f'target: {text!r} is not YAML: {error}') from None
-    if not isinstance(target, dict) or not {*KINDS} & {*target}:
-        raise ValueError(
-            "target must be such as {pot: '8', pocket: any}, with one of the keys "
-            f'{", ".join(KINDS)}, got {text!r}'
-        )
 
 
 @dataclass(frozen=True)

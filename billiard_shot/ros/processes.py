@@ -48,16 +48,7 @@ def command(name: str, arguments: Sequence[str]) -> list[str]:
 def running(
     nodes: Mapping[str, Sequence[str]], environment: Mapping[str, str]
 ) -> Iterator[dict[str, 'subprocess.Popen[bytes]']]:
-    """
-    Run nodes in the meantime; exit if one of them ends with an error.
-
-    Parameters
-    ----------
-    nodes : mapping
-        ROS arguments of each node, by name.
-    environment : mapping
-
-    """
+    """Run nodes, which have ROS arguments, in the meantime; exit if one ends with an error."""
     processes = {
         name: subprocess.Popen(command(name, ['--ros-args', *arguments]), env=environment)
         for name, arguments in nodes.items()

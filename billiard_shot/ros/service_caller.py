@@ -29,14 +29,6 @@ class ServiceCaller:
     """
     Client of a service that waits for the answers.
 
-    Parameters
-    ----------
-    node : Node
-    kind
-        Type of the service.
-    name : str
-        Name of the service.
-
     Attributes
     ----------
     client : Client

@@ -214,17 +214,10 @@ def detections_message(
     header: Header,
 ) -> Any:
     """
-    Make the message of a camera (vision_msgs/msg/Detection3DArray) that errs.
+    Make the message of a camera that errs (vision_msgs/msg/Detection3DArray).
 
-    Parameters
-    ----------
-    places : mapping of str to (x, y, z)
-        Centres of the balls [m].
-    errors : CameraErrors
-    random : Generator
-    header : Header
-        Frame of the table, and time of the picture.
-
+    `places` are the centres of the balls [m]; the header has the frame of the table, and the time
+    of the picture.
     """
     from vision_msgs.msg import Detection3D, Detection3DArray, ObjectHypothesisWithPose
 

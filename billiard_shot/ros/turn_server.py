@@ -26,11 +26,6 @@ class TurnServer:
     The service `~/rule_shot` (billiard_shot_msgs/srv/RuleShot) takes what somebody saw of a shot
     that the feedback asks for. Both are of the node of the client, which answers whenever it
     waits, as it does during nearly all of a turn.
-
-    Parameters
-    ----------
-    table : GameTable
-
     """
 
     def __init__(self, table: GameTable) -> None:

@@ -16,7 +16,6 @@ ROS = (
     'control_msgs',
     'diagnostic_msgs',
     'geometry_msgs',
-    'lifecycle_msgs',
     'nav_msgs',
     'rcl_interfaces',
     'rclpy',

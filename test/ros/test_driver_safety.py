@@ -24,6 +24,7 @@ from waiting import PATIENCE, PatientCaller
 from billiard_shot.cue.mechanism import JOINTS
 from billiard_shot.cue.outcome import GoalOutcome
 from billiard_shot.cue.safety import SafetyState
+from billiard_shot.ros.client import NotReadyError, RobotClient
 from billiard_shot.ros.node_runner import LATCHED
 
 SPACE = '/safety'
@@ -314,6 +315,12 @@ def test_an_unconfigured_driver_says_how_to_go_on(cell, launch_once):
         ),
         PATIENCE,
     )
+    client = RobotClient('waiting', '/idle', timeout=0.5)
+    assert client.until(lambda: 'not active' in client.problems[0], PATIENCE)
+    words = '/idle/cue_driver: node: the node is not active: configure it, then activate it'
+    with pytest.raises(NotReadyError, match=words):
+        client.wait_for_driver()
+    client.destroy_node()
     topics = {name for name, _ in cell.player.get_topic_names_and_types()}
     services = {name for name, _ in cell.player.get_service_names_and_types()}
     made = {f'/idle/cue_driver/{name}' for name in ('state', 'actuation', 'arm', 'clear_fault')}
