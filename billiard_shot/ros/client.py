@@ -93,10 +93,8 @@ class RobotClient(Node):
 
     Parameters
     ----------
-    name : str
-        Name of the node.
-    namespace : str
-        Namespace of the node; '' for the one given on the command line.
+    name, namespace : str
+        By default the namespace is the one given on the command line.
     simulate_safety_inputs : bool
         Whether to publish that the emergency stop is released and the interlock closed. Only for
         simulations: on a robot these messages come from the safety equipment.
@@ -344,16 +342,9 @@ class RobotClient(Node):
         """
         Send a goal, and return its status and result when it has ended.
 
-        If this call is interrupted, for example by Ctrl+C, the goal is cancelled.
-
-        Parameters
-        ----------
-        goal
-        may_fire : callable
-            Whether to arm the shot; it is called again and again while the cue is aimed.
-        on_aimed : callable
-            Called once when the cue is aimed and waits to be armed.
-
+        While the cue is aimed, `may_fire` is called again and again; once it is true, the shot is
+        armed. `on_aimed` is called once before that. If this call is interrupted, for example by
+        Ctrl+C, the goal is cancelled.
         """
         now = 1e-9 * self.get_clock().now().nanoseconds
         left = conversions.seconds(goal.expiry) - now + 60.0

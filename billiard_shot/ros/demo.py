@@ -21,11 +21,12 @@ from billiard_shot.ros.processes import (
     SIMULATION,
 )
 
+PREDICTOR = {'predictor': ('-p', 'scene:=paper', '--log-level', 'warn')}
+
 DEMO_SCENE = 'robot_table'
 """Scene of the mechanical cue."""
 
 ON_IT, WARN = ('-p', f'scene:={DEMO_SCENE}'), ('--log-level', 'warn')
-DEMO_PREDICTOR = {'predictor': ('-p', 'scene:=paper', *WARN)}
 NODES = {
     'predictor': (*ON_IT, *WARN),
     'cue_driver': (*ON_IT, '-p', 'autostart:=true', *SIMULATION, '--log-level', 'error'),
@@ -35,20 +36,17 @@ NODES = {
 }
 """Nodes and their arguments."""
 
-STROKE_FILE = Path(__file__).with_name('demo_strokes.yaml')
-"""Strokes that are played in sequence, each from the resting place of the ball."""
-
+STROKES = str(Path(__file__).with_name('demo_strokes.yaml'))
 TARGET = '{rest: [0.5, -0.3], radius: 0.1}'
-"""Target for which a stroke is planned and played."""
-
 GAME = ('--game', 'practice', '--balls', '3', '--seed', '0')
-"""Game that is played: the first three balls lie at random, the cue ball is in hand."""
-
 UNATTENDED = ('--scene', DEMO_SCENE, '--arm', '--simulate-safety-inputs')
-"""Options for a simulation without an operator."""
+PLAYED = (TARGET, '--strokes', STROKES, '--budget', '6000', *GAME, *UNATTENDED)
+"""
+Arguments of the player.
 
-PLAYED = (TARGET, '--budget', '6000', *GAME, *UNATTENDED)
-"""Arguments of the player, after the strokes."""
+The strokes are played in sequence, each from the resting place of the ball. Then a stroke is
+planned for the target. In the game the first three balls lie at random, the cue ball is in hand.
+"""
 
 NEXT = """\
 Three commands to try next, each in its own terminal:
@@ -71,7 +69,7 @@ def main() -> None:
             'Frame table: x along the table, y across it, z up; the ball lies at (0, 0).',
             flush=True,
         )
-        with running(DEMO_PREDICTOR, environment):
+        with running(PREDICTOR, environment):
             strokes = str(config_file('strokes/paper.yaml'))
             failed = run_client('predict_shot', environment, '--brief', '--strokes', strokes)
         if not failed:
@@ -80,8 +78,7 @@ def main() -> None:
                 flush=True,
             )
             with running(NODES, environment):
-                strokes = str(STROKE_FILE)
-                failed = run_client('player', environment, '--strokes', strokes, *PLAYED)
+                failed = run_client('player', environment, *PLAYED)
     if not failed:
         print(NEXT)
     sys.exit(failed)

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from billiard_shot_msgs.msg import BallTrajectory
-from geometry_msgs.msg import PoseStamped
+from geometry_msgs.msg import Pose, PoseStamped
 from nav_msgs.msg import Path
 import numpy as np
 from rclpy.time import Time
@@ -12,6 +12,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from billiard_shot import Shot
 from billiard_shot.pictures.trails import trails_of
+from billiard_shot.planning.result import RankedStroke
 from billiard_shot.records import Array
 from billiard_shot.ros import markers
 from billiard_shot.ros.conversions import vectors
@@ -37,12 +38,10 @@ def path_of(trajectory: BallTrajectory, header: Header) -> Path:
     path = Path(header=header)
     points = markers.points_of(vectors(trajectory.positions))
     for time, point in zip(trajectory.times, points, strict=True):
-        pose = PoseStamped()
-        pose.header.frame_id = header.frame_id
         nanoseconds = min(start + round(min(time, LAST_SECOND) * 1e9), LAST_SECOND * 10**9)
-        pose.header.stamp = Time(nanoseconds=nanoseconds).to_msg()
-        pose.pose.position = point
-        path.poses.append(pose)
+        stamp = Time(nanoseconds=nanoseconds).to_msg()
+        at_that_time = Header(frame_id=header.frame_id, stamp=stamp)
+        path.poses.append(PoseStamped(header=at_that_time, pose=Pose(position=point)))
     return path
 
 
@@ -51,16 +50,16 @@ def shot_markers(shot: Shot, header: Header) -> MarkerArray:
     return markers.array_of(_shot(shot, 1.0), header)
 
 
-def plan_markers(shots: Sequence[Shot], labels: Sequence[str], header: Header) -> MarkerArray:
+def plan_markers(ranking: Sequence[RankedStroke], header: Header) -> MarkerArray:
     """
-    Show planned shots: the first, which is the best, as `shot_markers` does, the others faint.
+    Show planned strokes: the first, which is the best, as `shot_markers` does, the others faint.
 
-    The label of a shot, such as its success probability, is shown at the end of its cue.
+    At the end of each cue stand the kind of the stroke and its success probability.
     """
     shown = []
-    for rank, (shot, text) in enumerate(zip(shots, labels, strict=True)):
-        opacity = FAINT if rank else 1.0
-        paint = markers.colour(CUE_PAINT, opacity)
+    for rank, planned in enumerate(ranking):
+        shot, opacity = planned.shot, FAINT if rank else 1.0
+        text, paint = f'{planned.kind}: {planned.chance}', markers.colour(CUE_PAINT, opacity)
         shown += _shot(shot, opacity)
         shown.append(markers.label(text, _ends(shot)[1], 2 * shot.scene.ball.radius, paint))
     return markers.array_of(shown, header)

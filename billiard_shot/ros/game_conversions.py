@@ -4,12 +4,11 @@ from collections.abc import Mapping
 from dataclasses import fields
 from typing import Any
 
-from billiard_shot_msgs.msg import BallState, GameState, TurnShot
+from billiard_shot_msgs.msg import BallState, GameState
 from geometry_msgs.msg import Point
 import numpy as np
 
 from billiard_shot.game.game import find_game
-from billiard_shot.game.ruling import Ruling
 from billiard_shot.game.state import State
 from billiard_shot.ros.conversions import filled
 from billiard_shot.scene import Scene
@@ -65,17 +64,3 @@ def _shared(record: State | GameState) -> dict[str, Any]:
 def balls_message(balls: Mapping[str, tuple[float, float]]) -> list[BallState]:
     """Message of balls at rest at their places (x, y) [m]."""
     return [BallState(id=name, position=filled(Point, place)) for name, place in balls.items()]
-
-
-def shot_message(
-    shot_id: str, decision: str, success: float | None, ruling: Ruling, gone: list[str]
-) -> TurnShot:
-    """Message of a shot of a turn."""
-    return TurnShot(
-        shot_id=shot_id,
-        decision=decision,
-        success=-1.0 if success is None else success,
-        ruling=ruling.text,
-        fouls=[str(foul) for foul in ruling.fouls],
-        gone=gone,
-    )

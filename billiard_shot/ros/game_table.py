@@ -40,23 +40,11 @@ class GameTable:
 
     It is made once for all turns, because the end of a subscription can deadlock other processes
     (Fast DDS 3.2).
-
-    Parameters
-    ----------
-    client : RobotClient
-    scene : Scene
-        Table and cue of the robot.
-
-    Attributes
-    ----------
-    records : list of String
-        Records of a simulated table (std_msgs/msg/String).
-
     """
 
     def __init__(self, client: RobotClient, scene: Scene) -> None:
         self.client, self.scene = client, scene
-        self.records: list[String] = []
+        self.records: list[String] = []  # of a simulated table, as JSON
         client.create_subscription(String, 'table_sim/shot', self.records.append, LATCHED)
         self._place: Client[Any, Any] = client.create_client(PlaceBalls, 'table_sim/place')
         self._forget: Client[Any, Any] = client.create_client(Trigger, 'table_tracker/reset')

@@ -144,17 +144,8 @@ def warm_up(node: Node, scene: Scene, other_balls: bool = False, compiles: bool 
     Load everything that the first request would wait for.
 
     If the library is not compiled yet, the node interprets it at first, and compiles it in other
-    processes with low priority.
-
-    Parameters
-    ----------
-    node : Node
-    scene : Scene
-    other_balls : bool
-        Whether requests may have other balls even if the scene has none.
-    compiles : bool
-        Whether to compile. A node with deadlines leaves that to others.
-
+    processes with low priority, unless `compiles` is false: a node with deadlines leaves that to
+    others. `other_balls` says that requests may have other balls even if the scene has none.
     """
     log = node.get_logger()
     if machine_code.available() and machine_code.is_complete():

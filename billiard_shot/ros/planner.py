@@ -15,7 +15,6 @@ import rclpy
 from rclpy.action import ActionServer, CancelResponse
 from rclpy.node import Node
 from rclpy.task import Future
-from std_msgs.msg import Header
 from visualization_msgs.msg import MarkerArray
 import yaml
 
@@ -81,36 +80,22 @@ class PlannerParameters(OfTable):
 
 
 class Search:
-    """
-    A search for a goal.
-
-    Attributes
-    ----------
-    ended : Future
-        Done when the search has ended.
-    stop : threading.Event
-        Set it to end the search.
-    preempted : bool
-        Whether a newer goal has ended it.
-
-    """
+    """A search for a goal."""
 
     def __init__(self, goal: GoalHandle, executor: Any) -> None:
         self.goal = goal
         self.ended: Future[None] = Future(executor=executor)
-        self.stop = threading.Event()
-        self.preempted = False
+        self.stop = threading.Event()  # ends the search
+        self.preempted = False  # whether a newer goal has ended it
         self._reported, self._next_report = 0, 0.0
 
     def report(self, now: Progress) -> None:
         """Publish feedback, if there is progress and the last feedback is not quite new."""
         if now.simulations > self._reported and monotonic() >= self._next_report:
             self._reported, self._next_report = now.simulations, monotonic() + FEEDBACK_PERIOD
-            self.goal.publish_feedback(
-                PlanShot.Feedback(
-                    simulations=now.simulations, budget=now.budget, success=now.success
-                )
-            )
+            feedback = PlanShot.Feedback(simulations=now.simulations, budget=now.budget)
+            feedback.success = now.success
+            self.goal.publish_feedback(feedback)
 
 
 class Planner(Node):
@@ -118,12 +103,11 @@ class Planner(Node):
     Node with the action `plan_shot` (billiard_shot_msgs/action/PlanShot).
 
     Each stroke of the result has the plan that the action `execute_shot` plays. Publishes the last
-    plan, latched: its best stroke on `~/best`
-    (billiard_shot_msgs/msg/RankedPlan), all of its strokes on `~/markers`
-    (visualization_msgs/msg/MarkerArray). Subscribes to `table_state`
+    plan, latched: its best stroke on `~/best` (billiard_shot_msgs/msg/RankedPlan), all of its
+    strokes on `~/markers` (visualization_msgs/msg/MarkerArray). Subscribes to `table_state`
     (billiard_shot_msgs/msg/TableState), latched, for goals without positions of the balls. A new
-    goal preempts the one that is being planned.
-    Its parameters are `PlannerParameters` and the fields of `Robot`.
+    goal preempts the one that is being planned. Its parameters are `PlannerParameters` and the
+    fields of `Robot`.
     """
 
     def __init__(self) -> None:
@@ -183,9 +167,8 @@ class Planner(Node):
             await self._search.ended
         if goal.is_cancel_requested:
             goal.canceled()
-            return PlanShot.Result(
-                status=int(Status.CANCELLED), message='cancelled before it began'
-            )
+            why = 'cancelled before it began'
+            return PlanShot.Result(status=int(Status.CANCELLED), message=why)
         search = self._search = Search(goal, self.executor)
         result = await self._found(request, search)
         self._search = None
@@ -198,7 +181,11 @@ class Planner(Node):
             goal.abort()
         self.get_logger().info(f'{result.status.name}: {result.message}')
         header, plan_id = parameters.table_header(self), uuid.uuid4().hex[:8]
-        self._show(result, request, plan_id, header)
+        if result.ranking:
+            self._best.publish(
+                plan_conversions.ranked_message(result, 0, request, plan_id, header, BEST_SAMPLES)
+            )
+            self._markers.publish(display.plan_markers(result.ranking, header))
         message = plan_conversions.plan_result(result, request, plan_id, goal.request, header)
         message.message = plan_conversions.in_fields(message.message, goal.request)
         if search.preempted:
@@ -227,34 +214,14 @@ class Planner(Node):
             status, message = Status.INVALID_REQUEST, str(error)
         except Exception as error:  # without a result, the status of the answer would be OK
             self.get_logger().error(traceback.format_exc())
-            status, message = (
-                Status.NO_PLAN,
-                f'the search failed with {type(error).__name__}: {error}; the log of the planner '
-                'has the traceback',
-            )
+            why = f'{type(error).__name__}: {error}; the log of the planner has the traceback'
+            status, message = Status.NO_PLAN, f'the search failed with {why}'
         return PlanResult(status, message, (), 0, 0.0, request.scene.noise)
 
     def _cancel(self, goal: GoalHandle) -> CancelResponse:
         if self._search and self._search.goal is goal:
             self._search.stop.set()
         return CancelResponse.ACCEPT
-
-    def _show(
-        self, result: PlanResult, request: PlanRequest, plan_id: str, header: Header
-    ) -> None:
-        """Publish a plan, if one was found."""
-        if not result.ranking:
-            return
-        self._best.publish(
-            plan_conversions.ranked_message(result, 0, request, plan_id, header, BEST_SAMPLES)
-        )
-        self._markers.publish(
-            display.plan_markers(
-                [each.shot for each in result.ranking],
-                [f'{each.kind}: {each.chance}' for each in result.ranking],
-                header,
-            )
-        )
 
 
 def warm_up_planning(request: PlanRequest) -> None:

@@ -214,19 +214,11 @@ def _number(kind: type, most: float) -> Callable[[str], float]:
 def add_client_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of all programs that ask the nodes for strokes."""
     add_stroke_arguments(parser)
-    parser.add_argument(
-        '--scene',
-        default='paper',
-        metavar='SCENE',
-        help='bundled scene or YAML file, for given strokes; the same as for the nodes (paper)',
-    )
-    parser.add_argument(
-        '--wait',
-        type=float,
-        default=START_UP,
-        metavar='S',
-        help=f'time to wait for each node in seconds ({START_UP:g})',
-    )
+    add = parser.add_argument
+    scene = 'bundled scene or YAML file, for given strokes; the same as for the nodes (paper)'
+    add('--scene', default='paper', metavar='SCENE', help=scene)
+    wait = f'time to wait for each node in seconds ({START_UP:g})'
+    add('--wait', type=float, default=START_UP, metavar='S', help=wait)
 
 
 def run_client(
@@ -269,7 +261,8 @@ def run_client(
 def main(args: Sequence[str] | None = None) -> None:
     """Play shots."""
     parser = parser_of('player', __doc__, CLIENT_HELP)
-    parser.add_argument(
+    add = parser.add_argument
+    add(
         'targets',
         nargs='*',
         type=_target,
@@ -279,24 +272,13 @@ def main(args: Sequence[str] | None = None) -> None:
     )
     add_client_arguments(parser)
     add_turn_arguments(parser)
-    parser.add_argument(
-        '--budget',
-        type=_number(int, MAX_BUDGET),
-        default=0,
-        metavar='N',
-        help="largest number of strokes to simulate for a plan (the planner's parameter)",
-    )
-    parser.add_argument(
-        '--arm', action='store_true', help='fire each shot as soon as it is aimed, unasked'
-    )
-    parser.add_argument(
-        '--valid-for',
-        type=_number(float, MAX_VALIDITY),
-        default=VALIDITY,
-        metavar='S',
-        help=f'time in seconds within which a shot must be fired ({VALIDITY:g})',
-    )
-    parser.add_argument(
+    most = "largest number of strokes to simulate for a plan (the planner's parameter)"
+    add('--budget', type=_number(int, MAX_BUDGET), default=0, metavar='N', help=most)
+    add('--arm', action='store_true', help='fire each shot as soon as it is aimed, unasked')
+    valid = f'time in seconds within which a shot must be fired ({VALIDITY:g})'
+    seconds = _number(float, MAX_VALIDITY)
+    add('--valid-for', type=seconds, default=VALIDITY, metavar='S', help=valid)
+    add(
         '--simulate-safety-inputs',
         action='store_true',
         help='publish that the emergency stop is released and the interlock closed; only for '

@@ -66,19 +66,12 @@ def main(args: Sequence[str] | None = None) -> None:
     """Call `predict_shot` for every stroke; the exit code is 1 if a stroke is refused."""
     parser = parser_of('predict_shot', __doc__, CLIENT_HELP)
     add_client_arguments(parser)
-    parser.add_argument(
-        '--table',
-        action='store_true',
-        help='with the balls of table_state; otherwise with those of the scenes',
-    )
-    parser.add_argument('--brief', action='store_true', help='two lines for each stroke')
-    parser.add_argument(
-        '--tolerance',
-        type=float,
-        default=0.0,
-        metavar='M',
-        help="largest error of the trajectory in metres (the predictor's parameter)",
-    )
+    add = parser.add_argument
+    table = 'with the balls of table_state; otherwise with those of the scenes'
+    add('--table', action='store_true', help=table)
+    add('--brief', action='store_true', help='two lines for each stroke')
+    tolerance = "largest error of the trajectory in metres (the predictor's parameter)"
+    add('--tolerance', type=float, default=0.0, metavar='M', help=tolerance)
     options = parser.parse_args(own_arguments(args))
     try:
         scene = Scene.load(options.scene)

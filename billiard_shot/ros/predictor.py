@@ -141,13 +141,10 @@ class Predictor(Node):
 
     def _show(self) -> None:
         self._show_timer.cancel()
-        shot = self._shown
-        if shot is None:
-            return
-        header = parameters.table_header(self)
-        self._path.publish(
-            display.path_of(conversions.trajectory_message(shot.trajectory, PATH_SAMPLES), header)
-        )
+        shot, header = self._shown, parameters.table_header(self)
+        assert shot
+        trajectory = conversions.trajectory_message(shot.trajectory, PATH_SAMPLES)
+        self._path.publish(display.path_of(trajectory, header))
         self._markers.publish(display.shot_markers(shot, header))
         self._record.publish(String(data=to_json(shot)))
 

@@ -23,15 +23,10 @@ def main(args: Sequence[str] | None = None) -> None:
     ros = [each for each in given[1:] if each not in own and each != '--ros-args']
     codes = 'exit codes: 0 after Ctrl+C; 1 if a node ended by itself; 2 invalid arguments'
     parser = parser_of('robot', __doc__, codes)
-    parser.add_argument(
-        '--scene',
-        default='paper',
-        metavar='SCENE',
-        help='bundled scene or YAML file for all nodes; its cue must be guided (paper)',
-    )
-    parser.add_argument(
-        '--simulate', action='store_true', help='also start a simulated mechanism and table'
-    )
+    scene_help = 'bundled scene or YAML file for all nodes; its cue must be guided (paper)'
+    parser.add_argument('--scene', default='paper', metavar='SCENE', help=scene_help)
+    simulate_help = 'also start a simulated mechanism and table'
+    parser.add_argument('--simulate', action='store_true', help=simulate_help)
     options = parser.parse_args(own)
     scene = ('-p', f'scene:={options.scene}', *ros)
     patience = SIMULATION if options.simulate else ()

@@ -151,9 +151,7 @@ class TableSim(Node):
         if self._motions:
             self.get_logger().error('ignored a strike: the balls still move')
             return
-        places = {
-            name: (x, y) for name, (x, y, _) in self._balls.items() if name not in self._gone
-        }
+        places = {name: (x, y) for name, (x, y, _) in self._balls.items()}
         try:
             check_frame('header.frame_id', message.header, self.get_parameter('frame').value)
             scene = replace(self._scene, balls=places)
@@ -184,26 +182,23 @@ class TableSim(Node):
             self._balls[name] = x, y, z
             if state.motion in (Motion.POCKETED, Motion.OFF_TABLE):
                 self._gone.add(name)
+                del self._balls[name]
         if all(time >= motion.duration for motion in self._motions.values()):
             self._motions = {}
 
     def _publish(self) -> None:
         self._published = monotonic()
         header = parameters.table_header(self)
-        on_table = {name: each for name, each in self._balls.items() if name not in self._gone}
         if self._is_camera:
             errors = parameters.read(CameraErrors, self)
-            self._publisher.publish(detections_message(on_table, errors, self._random, header))
+            self._publisher.publish(detections_message(self._balls, errors, self._random, header))
             return
+        moving = self._motions.keys()
         balls = [
-            BallState(
-                id=name,
-                state=BallState.ON_TABLE if name in on_table else BallState.POCKETED,
-                position=filled(Point, place),
-                moving=name in self._motions,
-            )
+            BallState(id=name, position=filled(Point, place), moving=name in moving)
             for name, place in self._balls.items()
         ]
+        balls += [BallState(id=name, state=BallState.POCKETED) for name in sorted(self._gone)]
         self._publisher.publish(TableState(header=header, snapshot_id=self._snapshot, balls=balls))
 
 

@@ -11,7 +11,6 @@ from billiard_shot_msgs.msg import BallState, TableState
 import numpy as np
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
-from std_msgs.msg import Header
 from std_srvs.srv import Trigger
 
 from billiard_shot.cue.tracker import BallTracker, Detection, TrackerSettings
@@ -153,8 +152,7 @@ class TableTracker(Node):
         ]
         if (content := repr(balls)) != self._published:
             self._snapshot, self._published = self._snapshot + 1, content
-        frame, stamp = self.get_parameter('frame').value, time_of(self._tracker.time)
-        header = Header(frame_id=frame, stamp=stamp)
+        header = parameters.table_header(self, time_of(self._tracker.time))
         self._publisher.publish(TableState(header=header, snapshot_id=self._snapshot, balls=balls))
 
     def _reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:

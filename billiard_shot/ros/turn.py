@@ -34,7 +34,6 @@ from billiard_shot.ros.client import (
     short_id,
     TableUnknownError,
 )
-from billiard_shot.ros.game_conversions import shot_message
 from billiard_shot.ros.game_table import GameTable
 from billiard_shot.shot.replay import from_json
 
@@ -77,33 +76,15 @@ def early_end(error: Exception, client: RobotClient) -> tuple[int, str]:
 
 @dataclass
 class Turn:
-    """
-    A turn that is played.
-
-    Parameters
-    ----------
-    table : GameTable
-    agent : Agent
-    tell : callable
-        See `Tell`.
-    ask : callable
-        Asks somebody what a shot did, see `Ask`.
-    may_fire : callable
-        Whether to arm a shot; it is called again and again while the cue is aimed.
-    state : State
-        Before the next shot.
-    shots : list of TurnShot
-        What has been played.
-
-    """
+    """A turn that is played."""
 
     table: GameTable
     agent: Agent
     tell: Tell
     ask: Ask
-    may_fire: Callable[[], bool]
-    state: State
-    shots: list[TurnShot] = field(default_factory=list)
+    may_fire: Callable[[], bool]  # called again and again while the cue is aimed
+    state: State  # before the next shot
+    shots: list[TurnShot] = field(default_factory=list)  # that have been played
 
     def play(self) -> tuple[int, str]:
         """Play until the turn ends; return the outcome of `PlayTurn.Result`, and a message."""
@@ -186,8 +167,16 @@ class Turn:
         return judge(state, decision.call, self.ask(shot_id, state, places))
 
     def _judged(self, state: State, decision: Decision, ruling: Ruling, shot_id: str) -> None:
-        gone = [ball for ball in state.balls if ball not in ruling.state.balls]
-        self.shots.append(shot_message(shot_id, decision.reason, decision.success, ruling, gone))
+        self.shots.append(
+            TurnShot(
+                shot_id=shot_id,
+                decision=decision.reason,
+                success=-1.0 if decision.success is None else decision.success,
+                ruling=ruling.text,
+                fouls=[str(foul) for foul in ruling.fouls],
+                gone=[ball for ball in state.balls if ball not in ruling.state.balls],
+            )
+        )
         self.tell(TurnStage.JUDGED, ruling.text, shot_id, {})
         self.state = ruling.state
         self._ask_agent(self.agent.saw, state, decision, ruling)

@@ -37,28 +37,15 @@ def typed_fire() -> bool:
 
 def add_turn_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of games."""
-    parser.add_argument(
-        '--game', metavar='GAME', help='play a turn of this game, such as practice or eight_ball'
-    )
-    parser.add_argument(
-        '--balls', type=int, metavar='N', help='rack only the first N balls of the game'
-    )
-    parser.add_argument(
-        '--agent',
-        default='player',
-        metavar='NAME',
-        help='who decides: player, greedy, random, or a module (player)',
-    )
-    parser.add_argument(
-        '--seed', type=int, default=0, metavar='N', help='of the rack and of the agent (0)'
-    )
-    parser.add_argument(
-        '--state',
-        type=Path,
-        metavar='FILE',
-        help='file of the game, written after the turn; if it exists, the game goes on from it',
-    )
-    parser.add_argument(
+    add = parser.add_argument
+    add('--game', metavar='GAME', help='play a turn of this game, such as practice or eight_ball')
+    add('--balls', type=int, metavar='N', help='rack only the first N balls of the game')
+    agents = 'player, greedy, random, or a module'
+    add('--agent', default='player', metavar='NAME', help=f'who decides: {agents} (player)')
+    add('--seed', type=int, default=0, metavar='N', help='of the rack and of the agent (0)')
+    saved = 'file of the game, written after the turn; if it exists, the game goes on from it'
+    add('--state', type=Path, metavar='FILE', help=saved)
+    add(
         '--serve', action='store_true', help='play the turns of the action play_turn, until Ctrl+C'
     )
 

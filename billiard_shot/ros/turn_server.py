@@ -95,15 +95,9 @@ class TurnServer:
                     f'pockets must have {len(request.pocketed)} elements, as pocketed, got '
                     f'{len(request.pockets)}'
                 )
-            _, state, places = asked
             pockets = dict(zip(request.pocketed, request.pockets, strict=True))
             self._told = told_outcome(
-                state,
-                places,
-                request.first_contact,
-                request.to_cushion,
-                pockets,
-                request.double_hit,
+                *asked[1:], request.first_contact, request.to_cushion, pockets, request.double_hit
             )
             response.success = True
         except ValueError as error:
@@ -117,11 +111,9 @@ class TurnServer:
 
         def tell(stage: int, message: str, shot_id: str, balls: Places) -> None:
             log.info(message)
-            goal.publish_feedback(
-                PlayTurn.Feedback(
-                    stage=stage, message=message, shot_id=shot_id, balls=balls_message(balls)
-                )
-            )
+            feedback = PlayTurn.Feedback(stage=stage, message=message, shot_id=shot_id)
+            feedback.balls = balls_message(balls)
+            goal.publish_feedback(feedback)
 
         try:
             self._client.wait_for_driver()

@@ -3,6 +3,7 @@
 import json
 from pathlib import Path
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -169,13 +170,20 @@ def test_a_plan_shows_the_best_stroke_best():
         Stroke.from_offsets(a=0.0, b=0.2, elevation=0.1, azimuth=azimuth, speed=2.0)
         for azimuth in (0.2, 0.21, 0.25)
     ]
-    shots = [predict(COMBINATION, stroke) for stroke in strokes]
-    array = display.plan_markers(shots, ['91 %', '80 %', '40 %'], NOW)
+    ranking = [
+        SimpleNamespace(shot=predict(COMBINATION, stroke), kind='direct', chance=chance)
+        for stroke, chance in zip(strokes, ('91 %', '80 %', '40 %'), strict=True)
+    ]
+    array = display.plan_markers(ranking, NOW)
     drawn(array)
     cues = named(array, 'cue')
     assert [cue.color.a for cue in cues] == pytest.approx([1.0, 0.3, 0.3])
-    assert [label.text for label in named(array, 'labels')] == ['91 %', '80 %', '40 %']
-    nothing = display.plan_markers([], [], NOW)
+    assert [label.text for label in named(array, 'labels')] == [
+        'direct: 91 %',
+        'direct: 80 %',
+        'direct: 40 %',
+    ]
+    nothing = display.plan_markers([], NOW)
     assert drawn(nothing) == [], 'no plan: what was shown goes'
 
 

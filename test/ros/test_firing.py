@@ -236,13 +236,12 @@ def play(shell: Shell, services: list[Client], arguments: list[str]) -> tuple[in
 def test_the_player_plays_strokes_from_a_file_and_for_several_targets(shell, services, tmp_path):
     strokes = tmp_path / 'strokes.yaml'
     strokes.write_text('- {name: one, b: 0.2, speed: 0.4}\n- {name: two, a: 0.1, speed: 0.5}\n')
-    code, said = play(shell, services, [*PLAYER, '--strokes', str(strokes), '--arm'])
-    assert code == 0, said
-    assert said.count('executed    OK') == 2
-    assert all(f'{name}: 0.' in said for name in ('one', 'two'))
     targets = ['{rest: [0.2, 0.1]}', '{pass: [-0.2, -0.1]}']
-    code, said = play(shell, services, [*PLAYER, *targets, '--arm'])
+    arguments = [*PLAYER, *targets, '--strokes', str(strokes), '--arm']
+    code, said = play(shell, services, arguments)
     assert code == 0, said
+    assert said.count('executed    OK') == 4
+    assert all(f'{name}: 0.' in said for name in ('one', 'two'))
     assert 'target      reached' in said
     assert 'target      not judged' in said
 

@@ -222,3 +222,4 @@ def test_demo_prints_the_four_shots(domain):
     assert done.stdout.count('executed    OK') == 3
     assert done.stdout.count('from the prediction') == 3
     assert done.stdout.count('target      reached: ') == 1
+    assert 'turn        player 0 wins' in done.stdout, 'three balls are cleared'

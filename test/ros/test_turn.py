@@ -200,8 +200,8 @@ def test_an_agent_that_fails_ends_the_turn_with_the_reason(agent, said):
 # --- real processes -----------------------------------------------------------------------------
 
 
-def test_three_balls_are_cleared(cell):
-    state, told = start('practice', SCENE, seed=0, balls=3), []
+def test_two_balls_are_cleared(cell):
+    state, told = start('practice', SCENE, seed=0, balls=2), []
 
     def tell(stage, message, shot_id, balls):
         told.append((stage, message, balls))
@@ -209,7 +209,7 @@ def test_three_balls_are_cleared(cell):
     agent = find_agent('player')(SCENE, 0)
     turn = Turn(GameTable(cell.player, SCENE), agent, tell, None, lambda: True, state)
     assert turn.play() == (PlayTurn.Result.OVER, 'player 0 wins'), told
-    assert sorted(ball for shot in turn.shots for ball in shot.gone) == ['1', '2', '3']
+    assert sorted(ball for shot in turn.shots for ball in shot.gone) == ['1', '2']
     assert all(not shot.fouls for shot in turn.shots)
     assert len({shot.shot_id for shot in turn.shots}) == len(turn.shots)
     first = next(balls for stage, _, balls in told if stage == TurnStage.PLACE)
