@@ -394,7 +394,7 @@ def test_the_mechanism_waits_for_no_clock(launch_once, node):
     assert joints[-1].header.stamp == Time()
 
 
-@pytest.mark.parametrize('name', ['cue_driver', 'cue_sim', 'table_sim'])
+@pytest.mark.parametrize('name', ['cue_sim', 'table_sim'])
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
 def test_signals_end_a_node_with_exit_code_0(launch, node, name, number):
     space = f'/end_{name}_{number}'
@@ -453,10 +453,6 @@ def long_lease(domain, monkeypatch, tmp_path):
     ('name', 'setting', 'words'),
     [
         ('cue_driver', 'scene:=pool', 'scene must be one with a guided cue'),
-        ('cue_driver', 'mechanism:=no_such.yaml', 'no_such.yaml'),
-        ('cue_driver', 'joint_names:=[a,b]', 'joint_names'),
-        ('cue_driver', 'estop_timeout:=.nan', 'estop_timeout'),
-        ('cue_driver', 'controller:=9x', 'controller'),
         ('cue_driver', 'settle_time:=9.0', 'settle_time must be below arm_timeout'),
         ('cue_sim', 'command_loss_rate:=2.0', 'command_loss_rate'),
         ('table_sim', 'real_time_factor:=0.0', 'real_time_factor'),

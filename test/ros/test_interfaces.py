@@ -11,11 +11,15 @@ pytest.importorskip('billiard_shot_msgs', reason='needs ROS 2')
 
 from billiard_shot_msgs.msg import BallTrajectory
 from billiard_shot_msgs.msg import Status as StatusMessage
+import rclpy
+from rclpy.exceptions import ParameterException
+from rclpy.parameter import Parameter
 
 from billiard_shot import Status
 from billiard_shot.cue.execution import Settings
 from billiard_shot.cue.simulated import Faults, Imperfections
 from billiard_shot.cue.tracker import TrackerSettings
+from billiard_shot.ros import parameters
 from billiard_shot.ros.cue_driver import CueDriverParameters
 from billiard_shot.ros.cue_model import CueModelParameters
 from billiard_shot.ros.cue_parameters import TOPIC_NAME
@@ -63,6 +67,29 @@ def test_parameter_files_hold_the_defaults(node):
     assert values == {name: value for kind in kinds for name, value in asdict(kind()).items()}
     for kind in kinds:
         assert all(each.description.endswith('.') for _, each in descriptors(kind))
+
+
+@pytest.mark.parametrize(
+    ('program', 'name', 'value', 'words'),
+    [
+        ('predictor', 'tolerance', 0.0, 'tolerance'),
+        ('predictor', 'tolerance', math.nan, 'tolerance'),
+        ('predictor', 'tolerance', 1, 'tolerance'),
+        ('predictor', 'sample_count', -1, 'sample_count'),
+        ('planner', 'target', '{rest: 3}', 'rest must be two finite numbers'),
+        ('planner', 'target', '{rest: [', 'is not YAML'),
+        ('cue_driver', 'mechanism', 'no_such.yaml', 'no_such.yaml'),
+        ('cue_driver', 'joint_names', ['a', 'b'], 'joint_names'),
+        ('cue_driver', 'estop_timeout', math.nan, 'estop_timeout'),
+        ('cue_driver', 'controller', '9x', 'topic must be words'),
+    ],
+)
+def test_bad_values_are_refused_by_name(node, program, name, value, words):
+    """In this process: that a node then ends with one line, other tests show for each node."""
+    strict = rclpy.create_node('strict', parameter_overrides=[Parameter(name, value=value)])
+    with pytest.raises(ParameterException, match=words):
+        parameters.declare(strict, *PARAMETERS[program])
+    strict.destroy_node()
 
 
 def read_only(node):

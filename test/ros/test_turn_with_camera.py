@@ -25,11 +25,11 @@ NODES = {
 
 
 @pytest.mark.slow
-def test_two_balls_are_cleared(node, launch_once):
+def test_a_ball_is_cleared(node, launch_once):
     """The 8 of the scene is taken away, and the tracker forgets it."""
     scene = Scene.load('robot_table')
     cell = Cell(launch_once, '/turn_seen', NODES)
-    state = start('practice', scene, seed=1, balls=2)
+    state = start('practice', scene, seed=1, balls=1)
     said = []
     turn = Turn(
         GameTable(cell.player, scene),
