@@ -14,6 +14,7 @@ from std_msgs.msg import Header
 from billiard_shot import PlanResult, Scene
 from billiard_shot.cue.sightings import Balls, largest_deviation, Sighting
 from billiard_shot.planning import targets
+from billiard_shot.planning.result import RankedStroke
 from billiard_shot.ros.conversions import (
     check_frame,
     filled,
@@ -227,10 +228,10 @@ def plan_result(
     """Make the result of a goal planned for `request`, with the requested number of strokes."""
     return PlanShot.Result(
         status=int(result.status),
-        message=result.message,
+        message=in_fields(result.message, goal),
         plans=[
-            ranked_message(result, rank, request, plan_id, header, goal.sample_count)
-            for rank in range(len(result.ranking[: goal.plan_count or 1]))
+            ranked_message(planned, request, f'{plan_id}-{rank}', header, goal.sample_count)
+            for rank, planned in enumerate(result.ranking[: goal.plan_count or 1], start=1)
         ],
         found=len(result.ranking),
         simulations=result.simulations,
@@ -239,23 +240,17 @@ def plan_result(
 
 
 def ranked_message(
-    result: PlanResult,
-    rank: int,
-    request: PlanRequest,
-    plan_id: str,
-    header: Header,
-    sample_count: int,
+    planned: RankedStroke, request: PlanRequest, name: str, header: Header, sample_count: int
 ) -> RankedPlan:
-    """Message of the planned stroke `rank`, from 0; `trajectory_message` describes the samples."""
-    planned = result.ranking[rank]
+    """Message of a planned stroke with a unique name; `trajectory_message` has the samples."""
     a, b, _, azimuth, _ = planned.stroke.offsets
     low, high = planned.interval
     x, y, _ = planned.scene.cue_ball
     places = {CUE_BALL: (x, y), **planned.scene.balls}
-    balls = request.balls or {name: Sighting(place) for name, place in places.items()}
-    shot_id = f'{planned.kind} {plan_id}-{rank + 1}'
+    balls = request.balls or {ball: Sighting(place) for ball, place in places.items()}
+    plan = plan_of(planned.stroke, balls, planned.scene, f'{planned.kind} {name}')
     return RankedPlan(
-        plan=plan_message(plan_of(planned.stroke, balls, planned.scene, shot_id), header),
+        plan=plan_message(plan, header),
         kind=planned.kind,
         azimuth=azimuth,
         a=a,

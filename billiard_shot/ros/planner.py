@@ -181,13 +181,12 @@ class Planner(Node):
             goal.abort()
         self.get_logger().info(f'{result.status.name}: {result.message}')
         header, plan_id = parameters.table_header(self), uuid.uuid4().hex[:8]
-        if result.ranking:
-            self._best.publish(
-                plan_conversions.ranked_message(result, 0, request, plan_id, header, BEST_SAMPLES)
-            )
+        if best := result.best:
+            name, samples = f'{plan_id}-1', BEST_SAMPLES
+            shown = plan_conversions.ranked_message(best, request, name, header, samples)
+            self._best.publish(shown)
             self._markers.publish(display.plan_markers(result.ranking, header))
         message = plan_conversions.plan_result(result, request, plan_id, goal.request, header)
-        message.message = plan_conversions.in_fields(message.message, goal.request)
         if search.preempted:
             message.message = f'preempted by a newer goal; {message.message}'
         return message

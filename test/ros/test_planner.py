@@ -384,7 +384,7 @@ def test_the_plan_has_the_balls_as_they_were_seen():
     ]
     task = plan_conversions.plan_request_of(PlanShot.Goal(balls=seen), DEFAULT, None, 'table')
     result = plan(task.scene, {'pot': '8'}, budget=300)
-    message = plan_conversions.ranked_message(result, 0, task, 'x', Header(), 2)
+    message = plan_conversions.ranked_message(result.best, task, 'x', Header(), 2)
     assert message.plan.balls == seen
 
 
@@ -392,8 +392,7 @@ def test_a_warning_is_part_of_the_message():
     result = plan(SCENE, {'pot': '8'}, budget=500)
 
     def warning(best):
-        ranked = replace(result, ranking=(best,))
-        return plan_conversions.ranked_message(ranked, 0, DEFAULT, 'x', Header(), 2).warning
+        return plan_conversions.ranked_message(best, DEFAULT, 'x', Header(), 2).warning
 
     assert warning(result.best) == result.best.warning
     azimuth = result.best.stroke.offsets[3] + 0.5
