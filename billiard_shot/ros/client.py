@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 import math
 from time import monotonic
-from typing import Any, TYPE_CHECKING
+from typing import Any
 import uuid
 
 from action_msgs.msg import GoalStatus
@@ -19,6 +19,8 @@ from rclpy.action import ActionClient
 from rclpy.client import Client
 from rclpy.duration import Duration
 from rclpy.node import Node
+from rclpy.publisher import Publisher
+from rclpy.task import Future
 from std_msgs.msg import Bool, Header
 
 from billiard_shot import Scene, Stroke
@@ -29,10 +31,6 @@ from billiard_shot.ros import conversions, cue_conversions
 from billiard_shot.ros.node_runner import EVERY_LOG, EVERY_STATE, LATCHED
 from billiard_shot.ros.service_caller import result_of, ServiceCaller
 from billiard_shot.scene.placement import CUE_BALL
-
-if TYPE_CHECKING:
-    from rclpy.publisher import Publisher
-    from rclpy.task import Future
 
 START_UP = 120.0
 """Time to wait for a node [s]; a node may have to compile the library first."""

@@ -17,7 +17,7 @@ from std_msgs.msg import Header
 
 from billiard_shot import effects_of, Scene, Shot, Stroke, Trajectory
 from billiard_shot.cue.lying import positions_of
-from billiard_shot.cue.sightings import Sighting
+from billiard_shot.cue.sightings import Balls, Sighting
 from billiard_shot.records import Array, Triple
 from billiard_shot.ros.parameters import MAX_SAMPLES
 from billiard_shot.scene.placement import CUE_BALL
@@ -111,9 +111,9 @@ def requested_batch(request: PredictShots.Request, scene: Scene, ball: Triple) -
     return Batch(normals, velocities, statuses)
 
 
-def table_scene(scene: Scene, table: TableState | None, frame: str) -> Scene:
+def table_scene(scene: Scene, table: TableState | None, frame: str) -> tuple[Scene, Balls]:
     """
-    Replace the balls of a scene by those of the table state.
+    Replace the balls of a scene by those of the table state; return these, too.
 
     Raises
     ------
@@ -125,12 +125,14 @@ def table_scene(scene: Scene, table: TableState | None, frame: str) -> Scene:
     if table is None:
         raise _invalid('use_table_state: no message received on topic table_state')
     check_frame('table_state.header.frame_id', table.header, frame)
-    return requested_scene(scene, table.balls, 'table_state.balls')
+    return requested_scene(scene, table.balls, table.header.stamp, 'table_state.balls')
 
 
-def requested_scene(scene: Scene, balls: Sequence[BallState], field: str = 'balls') -> Scene:
+def requested_scene(
+    scene: Scene, balls: Sequence[BallState], stamp: Time | None = None, field: str = 'balls'
+) -> tuple[Scene, Balls]:
     """
-    Replace the balls of a scene by those of a message.
+    Replace the balls of a scene by those of a message, with its stamp; return these, too.
 
     Raises
     ------
@@ -139,7 +141,7 @@ def requested_scene(scene: Scene, balls: Sequence[BallState], field: str = 'ball
         cannot lie there.
 
     """
-    sightings = sightings_of(balls, field=field)
+    sightings = sightings_of(balls, stamp, field)
     if CUE_BALL not in sightings:
         raise _invalid(f'{field}: the cue ball, {CUE_BALL!r}, must be on the table')
     for name, ball in sightings.items():
@@ -147,7 +149,7 @@ def requested_scene(scene: Scene, balls: Sequence[BallState], field: str = 'ball
             fault = 'moves' if ball.is_seen else 'is not seen'
             raise _invalid(f'{field}: ball {name!r} {fault}; must be seen and at rest')
     try:
-        return replace(scene, balls=positions_of(sightings, scene))
+        return replace(scene, balls=positions_of(sightings, scene)), sightings
     except ValueError as error:
         raise _invalid(f'{field}: {error}') from None
 
@@ -228,7 +230,7 @@ def place_balls(
     if count > MAX_SAMPLES:
         raise _invalid(f'sample_count must be at most {MAX_SAMPLES}, got {count}')
     if request.use_table_state:
-        scene = table_scene(scene, table, frame)
+        scene, _ = table_scene(scene, table, frame)
         return scene, scene.cue_ball
     return scene, _resting('ball_position', request.ball_position, scene.ball.radius)
 

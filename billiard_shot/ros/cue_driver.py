@@ -206,7 +206,7 @@ class CueDriver(LifecycleNode):
         except (ValueError, OSError) as error:
             self.get_logger().error(f'configure failed: {error}')
             return TransitionCallbackReturn.FAILURE
-        warm_up(self, scene, other_balls=True, compiles=False)
+        warm_up(self, scene, compiles=False)
         self._controller.configure(mechanism, scene, settings)
         self._inactive = NOT_ACTIVE
         self._tell_state()

@@ -66,7 +66,7 @@ DDS sends every answer to every client of the service, which discards those of t
 """
 
 PROGRESS_PERIOD = 5.0
-"""Time between two checks whether the library is compiled [s]."""
+"""Time between two messages while the library is compiled [s]."""
 
 
 def own_arguments(args: Sequence[str] | None) -> list[str]:
@@ -139,30 +139,24 @@ def in_thread(node: Node, work: Callable[[], Any]) -> Awaitable[Any]:
     return ended
 
 
-def warm_up(node: Node, scene: Scene, other_balls: bool = False, compiles: bool = True) -> None:
+def warm_up(node: Node, scene: Scene, compiles: bool = True) -> None:
     """
-    Load everything that the first request would wait for.
+    Load everything that the first request would wait for; requests may have other balls.
 
     If the library is not compiled yet, the node interprets it at first, and compiles it in other
     processes with low priority, unless `compiles` is false: a node with deadlines leaves that to
-    others. `other_balls` says that requests may have other balls even if the scene has none.
+    others.
     """
-    log = node.get_logger()
     if machine_code.available() and machine_code.is_complete():
         machine_code.require()
     elif machine_code.available() and compiles:
         machine_code.prepare()
-        log.info('compiling the library in the background, once; answers are slower meanwhile')
-
-        def notice() -> None:
-            if machine_code.is_loaded():
-                timer.cancel()
-                log.info('the library is compiled')
-
-        timer = steady_timer(node, PROGRESS_PERIOD, notice)
+        node.get_logger().info(
+            'compiling the library in the background, once: answers are slower for two minutes'
+        )
     stroke = Stroke.from_offsets(a=0.2, b=0.1, elevation=0.1, azimuth=0.0, speed=1.0)
     predict(scene, stroke).trajectory.at(0.0)
-    if other_balls and not scene.balls:
+    if not scene.balls:
         predict(replace(scene, balls={'another': (1.0, 0.0)}), stroke)
 
 

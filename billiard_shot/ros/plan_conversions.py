@@ -19,7 +19,6 @@ from billiard_shot.ros.conversions import (
     check_frame,
     filled,
     requested_scene,
-    sightings_of,
     table_scene,
     trajectory_message,
 )
@@ -76,12 +75,11 @@ def plan_request_of(
     if goal.sample_count > MAX_SAMPLES:
         raise ValueError(f'sample_count must be at most {MAX_SAMPLES}, got {goal.sample_count}')
     check_frame('header.frame_id', goal.header, frame)
-    scene, balls = default.scene, {}
+    scene, balls = default.scene, default.balls
     if goal.balls:
-        scene, balls = requested_scene(scene, goal.balls), sightings_of(goal.balls)
+        scene, balls = requested_scene(scene, goal.balls)
     elif table is not None:
-        scene = table_scene(scene, table, frame)
-        balls = sightings_of(table.balls, table.header.stamp)
+        scene, balls = table_scene(scene, table, frame)
     constraints = dict(default.constraints)
     if goal.limits:
         constraints = asdict(record_of(Robot, goal.limits[0], 'limits'))

@@ -82,7 +82,7 @@ class Predictor(Node):
         self._record = self.create_publisher(String, '~/shot', LATCHED)
         self._show_timer = steady_timer(self, SHOW_DELAY, self._show, autostart=False)
         self.create_subscription(TableState, 'table_state', self._keep_table, LATCHED)
-        warm_up(self, self._scene, other_balls=True)
+        warm_up(self, self._scene)
         self.create_service(PredictShot, 'predict_shot', self._predict_shot, qos_profile=BURST)
         self.create_service(PredictShots, 'predict_shots', self._predict_shots, qos_profile=BURST)
         self.get_logger().info(f'ready: service {self.resolve_service_name("predict_shot")}')

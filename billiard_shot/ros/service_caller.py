@@ -2,16 +2,14 @@
 
 from functools import partial
 import time
-from typing import Any, TYPE_CHECKING
+from typing import Any
 
 import rclpy
 from rclpy.client import Client
 from rclpy.node import Node
+from rclpy.task import Future
 
 from billiard_shot.ros.node_runner import BURST
-
-if TYPE_CHECKING:
-    from rclpy.task import Future
 
 RETRY_PERIOD = 2.0
 """Time without an answer after which a repeatable request is sent again [s]."""

@@ -141,7 +141,8 @@ class TableSim(Node):
         self, request: PlaceBalls.Request, response: PlaceBalls.Response
     ) -> PlaceBalls.Response:
         try:
-            self._put(requested_scene(self._scene, request.balls))
+            scene, _ = requested_scene(self._scene, request.balls)
+            self._put(scene)
             response.success = True
         except ValueError as error:
             response.message = str(error)

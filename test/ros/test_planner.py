@@ -140,7 +140,7 @@ def test_a_goal_succeeds_with_plans_that_the_library_confirms(asking):
     status, result = asking.ask(target=POT, balls=OPEN, budget=6000, seed=4)
     assert status == GoalStatus.STATUS_SUCCEEDED
     assert result.status == Status.OK
-    scene = conversions.requested_scene(SCENE, OPEN)
+    scene, _ = conversions.requested_scene(SCENE, OPEN)
     alone = plan(scene, {'pot': '8'}, NOISES['tournament'], budget=6000, seed=4)
     assert [each.success for each in result.plans] == [alone.best.success], 'a short result'
     assert result.found == len(alone.ranking) > 1
