@@ -110,7 +110,7 @@ class Controller:
 
         A latched state, the distrust of earlier messages and the ids of played shots stay.
         """
-        self.mechanism, self._scene, self._settings = mechanism, scene, settings
+        self.mechanism, self._scene, self.settings = mechanism, scene, settings
         self.estop.set_timeout(settings.estop_timeout)
         self.interlock.set_timeout(settings.interlock_timeout)
         self.joints.timeout = settings.joint_states_timeout
@@ -125,11 +125,6 @@ class Controller:
             self._stop()
         else:
             self.reason = 'started'
-
-    @property
-    def max_pause(self) -> float:
-        """Longest time between two ticks after which the inputs are still trusted [s]."""
-        return self._settings.max_pause
 
     def problems(self, now: float) -> dict[str, str]:
         """Problem of everything that a shot needs, by name; '' if there is none."""
@@ -254,7 +249,7 @@ class Controller:
             raise RefusedError(GoalOutcome.NOT_READY, decision.reason)
         if moving := self._moving_joint():
             raise RefusedError(GoalOutcome.NOT_READY, moving)
-        check_goal(plan.shot_id, remaining, self._played, self._settings.max_goal_validity)
+        check_goal(plan.shot_id, remaining, self._played, self.settings.max_goal_validity)
         if problem := self.table.stale(self.clock.time, now, is_aimed=False):
             raise RefusedError(GoalOutcome.TABLE_UNKNOWN, problem)
         if problem := self.table.moved(plan.balls, is_aimed=False):
@@ -282,8 +277,8 @@ class Controller:
             )
         decision = self._event(SafetyEvent.ARM, now, 'armed')
         if decision.accepted and self._execution:
-            self._execution.armed_until = now + self._settings.arm_timeout
-            self._execution.fire_at = now + self._settings.settle_time
+            self._execution.armed_until = now + self.settings.arm_timeout
+            self._execution.fire_at = now + self.settings.settle_time
         return decision
 
     def disarm(
@@ -328,7 +323,7 @@ class Controller:
         Until then requests are refused.
         """
         pause = now - self._last_tick
-        if pause <= self._settings.max_pause:
+        if pause <= self.settings.max_pause:
             return
         self._last_tick = now
         if self._has_heard:
@@ -366,7 +361,7 @@ class Controller:
             overdue = now - self._begin - execution.shot.stroke.stop
             if overdue >= 0.0 and execution.detector.strike and self.velocity[STROKE] <= 0.01:
                 self._event(SafetyEvent.BRAKED, now, 'drawing back')
-            elif overdue > self._settings.motion_timeout:
+            elif overdue > self.settings.motion_timeout:
                 self.fail(now, 'stroke: the cue has not met the ball and stopped in time')
         elif self.state is SafetyState.RETRACTING:
             self._reach(now, SafetyEvent.HOME, 'done', GoalOutcome.OK)
@@ -383,23 +378,23 @@ class Controller:
         overdue = now - self._begin - self.command.trajectory.duration
         if overdue >= 0.0 and errors.max() <= 1.0:
             self._event(event, now, reason, outcome)
-        elif overdue > self._settings.motion_timeout:
+        elif overdue > self.settings.motion_timeout:
             joint = int(errors.argmax())
             self.fail(
                 now,
                 f'{JOINTS[joint]}: {off[joint]:.3g} {UNITS[joint]} from where it should have been '
-                f'{self._settings.motion_timeout:g} s ago',
+                f'{self.settings.motion_timeout:g} s ago',
             )
 
     def _watch_interlock(self, now: float) -> None:
         if self.state in MOVING and (problem := self.interlock.problem(now)):
-            self._event(SafetyEvent.INTERLOCK_LOST, now, problem)
+            self._event(SafetyEvent.INTERRUPTED, now, problem)
 
     def _watch_brake(self, now: float) -> None:
         assert self._execution
         profile = self._execution.shot.profile
         beyond = float(self.position[STROKE]) - max(profile.stop_at, profile.leave_at)
-        if beyond > self._settings.brake_tolerance:
+        if beyond > self.settings.brake_tolerance:
             self.fail(
                 now,
                 f'stroke: the cue is {1e3 * beyond:.3g} mm beyond where it should have '
@@ -460,19 +455,13 @@ class Controller:
         execution = self._execution
         if execution is None:
             return GoalOutcome.DISARMED, 'no goal'
-        expired = execution.has_expired(now, self.clock.time)
+        expired = now > execution.expires or self.clock.time > execution.expiry
         late = self.state is SafetyState.ARMED and now > execution.armed_until
-        limit = self._settings.arm_timeout
+        limit = self.settings.arm_timeout
         problems = (
             (GoalOutcome.EXPIRED, 'the goal has expired' if expired else ''),
-            (
-                GoalOutcome.TABLE_STALE,
-                self.table.stale(self.clock.time, now, is_aimed=True),
-            ),
-            (
-                GoalOutcome.TABLE_MOVED,
-                self.table.moved(execution.shot.plan.balls, is_aimed=True),
-            ),
+            (GoalOutcome.TABLE_STALE, self.table.stale(self.clock.time, now, is_aimed=True)),
+            (GoalOutcome.TABLE_MOVED, self.table.moved(execution.shot.plan.balls, is_aimed=True)),
             (
                 GoalOutcome.ARM_TIMEOUT,
                 f'armed for more than {limit:g} s without firing' if late else '',

@@ -121,7 +121,3 @@ class Execution:
     detector: StrikeDetector
     armed_until: float = -math.inf
     fire_at: float = math.inf
-
-    def has_expired(self, now: float, time: float) -> bool:
-        """Whether the goal has expired, at the times [s] of both clocks."""
-        return now > self.expires or time > self.expiry

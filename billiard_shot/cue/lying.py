@@ -21,9 +21,6 @@ MAX_MOVE_ROUNDS = 1000
 GAP_AFTER_MOVE = 1e-7
 """Gap between balls, and to a cushion, after they were moved [m]."""
 
-REACH_IN_ERRORS = 3.0
-"""Distance of balls that others may push together, in multiples of the largest error."""
-
 
 def positions_of(balls: Balls, scene: Scene) -> dict[str, Place]:
     """
@@ -35,11 +32,11 @@ def positions_of(balls: Balls, scene: Scene) -> dict[str, Place]:
     """
     places = {name: ball.position for name, ball in balls.items()}
     diameter = 2.0 * scene.ball.radius
-    pairs = [
-        (one, other)
-        for one, other in combinations(balls, 2)
-        if _may_touch(balls[one], balls[other], diameter)
-    ]
+    pairs = []
+    for one, other in combinations(balls, 2):
+        distance, deviation = distance_between(balls[one], balls[other])
+        if diameter - distance <= SURE_SIGMAS * deviation:
+            pairs.append((one, other))
     room = _room(scene)
     for _ in range(MAX_MOVE_ROUNDS):
         moved = [_push(places, *pair, diameter) for pair in pairs]
@@ -53,16 +50,6 @@ def _room(scene: Scene) -> Place:
     """Half of the length and width of the rectangle in which centres of balls can be [m]."""
     numbers = layout_of(*params_on_table(scene)).numbers
     return numbers.centre_half_length - GAP_AFTER_MOVE, numbers.centre_half_width - GAP_AFTER_MOVE
-
-
-def _may_touch(one: Sighting, other: Sighting, diameter: float) -> bool:
-    """Whether two balls touch, give or take the error of their distance."""
-    distance, deviation = distance_between(one, other)
-    return (
-        -SURE_SIGMAS * deviation
-        <= distance - diameter
-        <= REACH_IN_ERRORS * SURE_SIGMAS * deviation
-    )
 
 
 def _push(places: dict[str, Place], one: str, other: str, diameter: float) -> bool:

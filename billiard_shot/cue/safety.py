@@ -55,8 +55,7 @@ class SafetyEvent(StrEnum):
     HOME = 'home'  # the cue is drawn back and raised
     DISARM = 'disarm'
     EXPIRE = 'expire'  # the goal has expired, or the cue was armed for too long
-    INTERLOCK_LOST = 'interlock_lost'
-    INTERRUPTED = 'interrupted'  # the controller did not run, or the clock jumped
+    INTERRUPTED = 'interrupted'  # interlock lost, controller did not run, or clock jumped
     ESTOP = 'estop'
     FAIL = 'fail'
     CLEAR = 'clear'
@@ -100,8 +99,6 @@ TRANSITIONS: dict[tuple[SafetyState, SafetyEvent], tuple[SafetyState, frozenset[
     (_S.RETRACTING, _E.HOME): (_S.DISARMED, _NONE),
     # Before the stroke it is safe to start over; during the stroke an interruption is a fault.
     **{(state, _E.EXPIRE): (_S.DISARMED, _NONE) for state in BEFORE_STROKE},
-    **{(state, _E.INTERLOCK_LOST): (_S.DISARMED, _NONE) for state in BEFORE_STROKE},
-    **{(state, _E.INTERLOCK_LOST): (_S.FAULT, _NONE) for state in _STROKE},
     **{(state, _E.INTERRUPTED): (_S.DISARMED, _NONE) for state in BEFORE_STROKE},
     **{(state, _E.INTERRUPTED): (_S.FAULT, _NONE) for state in _STROKE},
     **{

@@ -175,15 +175,7 @@ class CueDriver(LifecycleNode):
     # --- lifecycle ------------------------------------------------------------------------------
 
     def _load(self) -> tuple[Mechanism, Scene, Settings]:
-        """
-        Load what the current parameters say.
-
-        Raises
-        ------
-        ValueError, OSError
-            If parameters contradict each other, or if a file that they name can no longer be read.
-
-        """
+        """Load what the parameters say; raise ValueError or OSError if they cannot be used."""
         self._own = parameters.read(CueDriverParameters, self)
         settings = parameters.read(Settings, self)
         if settings.max_pause < 2.0 * self._own.period:
@@ -213,15 +205,7 @@ class CueDriver(LifecycleNode):
         return super().on_configure(state)
 
     def _make_interfaces(self, mechanism: Mechanism) -> None:
-        """
-        Make publishers, subscriptions, services and the action server.
-
-        Raises
-        ------
-        ValueError
-            If the interface of the controller is not installed.
-
-        """
+        """Make what others see; raise ValueError if the controller's action is not installed."""
         own, names = self._own, self._own.joint_names
         commands: CommandTopic | ControllerClient
         if own.interface == 'topic':
@@ -330,9 +314,8 @@ class CueDriver(LifecycleNode):
 
     def _on_interlock(self, message: Bool, info: Mapping[str, Any]) -> None:
         now = steady_time()
-        self._controller.receive_interlock(
-            message.data, written(info, now), now, publisher_of(info)
-        )
+        who = publisher_of(info)
+        self._controller.receive_interlock(message.data, written(info, now), now, who)
 
     def _on_joints(self, message: JointState, info: Mapping[str, Any]) -> None:
         now = steady_time()
@@ -419,7 +402,7 @@ class CueDriver(LifecycleNode):
     @property
     def _period(self) -> float:
         """Time between two ticks in the current state [s]."""
-        rest = min(DRIVER_REST_PERIOD, 0.4 * self._controller.max_pause)
+        rest = min(DRIVER_REST_PERIOD, 0.4 * self._controller.settings.max_pause)
         moves = self._controller.state in MOVING
         return self._own.period if moves else max(self._own.period, rest)
 

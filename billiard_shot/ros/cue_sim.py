@@ -126,15 +126,7 @@ class CueSim(Node):
     def _accept(
         self, message: JointTrajectoryMessage, driver: bytes, stamp: int, age: float
     ) -> JointTrajectory:
-        """
-        Return the trajectory of a command that was written `age` seconds ago.
-
-        Raises
-        ------
-        ValueError
-            If the command must not be followed.
-
-        """
+        """Return the trajectory of a command of some `age` [s]; raise ValueError to refuse it."""
         if age > self._command_timeout:
             raise ValueError(
                 f'it was written {age:.3g} s ago, more than {self._command_timeout:g} s'
