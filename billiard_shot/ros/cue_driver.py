@@ -216,31 +216,22 @@ class CueDriver(LifecycleNode):
         self._feedback = JointFeedback(names)
         self._last_seen = 0  # stamp of the last table_state [ns]
         publishers = [
-            self.create_publisher(kind, topic, qos)
-            for kind, topic, qos in (
-                (Float64, '~/incline_angle', 10),
-                (CueState, '~/state', EVERY_STATE),
-                (Strike, '~/strike', 10),
-                (JointState, 'joint_states', 10),
-            )
+            self.create_publisher(Float64, '~/incline_angle', 10),
+            self.create_publisher(CueState, '~/state', EVERY_STATE),
+            self.create_publisher(Strike, '~/strike', 10),
+            self.create_publisher(JointState, 'joint_states', 10),
         ]
         self._incline, self._state, self._strike, self._joints = publishers
         subscriptions = [
-            self.create_subscription(kind, topic, heard, qos)
-            for kind, topic, heard, qos in (
-                (Bool, 'estop', self._on_estop, SAFETY_INPUT),
-                (Bool, 'interlock', self._on_interlock, SAFETY_INPUT),
-                (JointState, 'joint_states', self._on_joints, JOINT_STATES),
-                (TableState, 'table_state', self._on_table, LATCHED),
-            )
+            self.create_subscription(Bool, 'estop', self._on_estop, SAFETY_INPUT),
+            self.create_subscription(Bool, 'interlock', self._on_interlock, SAFETY_INPUT),
+            self.create_subscription(JointState, 'joint_states', self._on_joints, JOINT_STATES),
+            self.create_subscription(TableState, 'table_state', self._on_table, LATCHED),
         ]
         services = [
-            self.create_service(kind, name, _answering(act))
-            for kind, name, act in (
-                (Arm, '~/arm', self._arm),
-                (Trigger, '~/disarm', self._disarm),
-                (Trigger, '~/clear_fault', self._clear),
-            )
+            self.create_service(Arm, '~/arm', _answering(self._arm)),
+            self.create_service(Trigger, '~/disarm', _answering(self._disarm)),
+            self.create_service(Trigger, '~/clear_fault', _answering(self._clear)),
         ]
         server = ActionServer(
             self,
