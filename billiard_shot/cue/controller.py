@@ -259,8 +259,7 @@ class Controller:
         now = clock()
         self._notice_pause(now)
         aim = aim_trajectory(self.mechanism, self.position, shot.aimed)
-        detector = StrikeDetector(self.mechanism, shot.profile)
-        self._execution = Execution(shot, expires, expiry, detector)
+        self._execution = Execution(shot, expires, expiry, StrikeDetector(shot.profile))
         decision = self._event(SafetyEvent.AIM, now, f'shot {plan.shot_id!r}')
         if not decision.accepted:
             self._execution = None

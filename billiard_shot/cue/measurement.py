@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from billiard_shot.cue.kinematics import forward_kinematics, TipPose
-from billiard_shot.cue.mechanism import Mechanism, STROKE
+from billiard_shot.cue.mechanism import STROKE
 from billiard_shot.cue.profile import StrokeProfile
 from billiard_shot.records import Array
 
@@ -25,7 +25,6 @@ class MeasuredStrike:
 class StrikeDetector:
     """Detects the strike in one stroke; `strike` is None until the cue has met the ball."""
 
-    mechanism: Mechanism
     profile: StrokeProfile
     strike: MeasuredStrike | None = None
     _speeds: list[float] = field(default_factory=list)
@@ -37,8 +36,7 @@ class StrikeDetector:
             return False
         contact = self.profile.contact_at
         if position[STROKE] < contact:
-            steady = AVERAGED_FRACTION * self.profile.speed * self.profile.steady_time
-            if position[STROKE] >= contact - steady:
+            if position[STROKE] >= contact - AVERAGED_FRACTION * self.profile.steady_way:
                 self._speeds.append(float(velocity[STROKE]))
                 self._joints = position
             return False
@@ -47,5 +45,5 @@ class StrikeDetector:
         joints = self._joints.copy()
         joints[STROKE] = contact
         speed = float(np.mean(self._speeds))
-        self.strike = MeasuredStrike(forward_kinematics(self.mechanism, joints), speed)
+        self.strike = MeasuredStrike(forward_kinematics(self.profile.mechanism, joints), speed)
         return True

@@ -120,9 +120,8 @@ def prepare_shot(mechanism: Mechanism, scene: Scene, plan: ShotPlan) -> Prepared
         outcome = _OUTCOMES.get(error.violations[0].limit, GoalOutcome.OUT_OF_REACH)
         raise RefusedError(outcome, str(error)) from error
     aimed[STROKE] = 0.0
-    trajectory = stroke_trajectory(
-        mechanism, profile, aimed, travel_pivot_height(mechanism, aimed[BASE_Z])
-    )
+    raised = travel_pivot_height(mechanism, aimed[BASE_Z])
+    trajectory = stroke_trajectory(profile, aimed, raised)
     _check_touch(mechanism, scene, shot, contact, trajectory)
     return PreparedShot(plan, shot, contact, profile, aimed, trajectory)
 

@@ -22,29 +22,33 @@ MIN_BRAKED_SPEED = 1e-6  # m/s: a slower cue is not braked
 @dataclass(frozen=True, slots=True)
 class StrokeProfile:
     """
-    The stroke as numbers: speeds in m/s, positions of the joint `stroke` in m, times in s.
+    The stroke as numbers: speeds in m/s, positions of the joint `stroke` in m.
 
     The cue meets the ball at `contact_at`, the ball leaves and the brake starts at `leave_at`, and
     the cue stops at `stop_at`.
     """
 
+    mechanism: Mechanism
     speed: float
     speed_after: float  # as the ball leaves; negative if the cue recoils
     acceleration: float  # m/s^2, before the contact
     deceleration: float  # m/s^2, of the brake
-    jerk: float  # m/s^3
-    steady_time: float
-    contact_time: float
+
+    @property
+    def steady_way(self) -> float:
+        """Distance at constant speed before the cue meets the ball."""
+        return self.speed * self.mechanism.steady_time
 
     @property
     def contact_at(self) -> float:
         """Position at which the cue meets the ball: the length of the run-up."""
-        return self._way(0.0, self.speed, self.acceleration) + self.speed * self.steady_time
+        return self._way(0.0, self.speed, self.acceleration) + self.steady_way
 
     @property
     def leave_at(self) -> float:
         """Position at which the ball leaves the cue."""
-        return self.contact_at + 0.5 * (self.speed + self.speed_after) * self.contact_time
+        mean = 0.5 * (self.speed + self.speed_after)
+        return self.contact_at + mean * self.mechanism.contact_time
 
     @property
     def stop_at(self) -> float:
@@ -54,11 +58,11 @@ class StrokeProfile:
     @property
     def worst_case_stop(self) -> float:
         """Position at which the cue stops if there is no ball to slow it down."""
-        through = self.contact_at + self.speed * self.contact_time
+        through = self.contact_at + self.speed * self.mechanism.contact_time
         return max(through + self._way(self.speed, 0.0, self.deceleration), self.stop_at)
 
     def _way(self, before: float, after: float, acceleration: float) -> float:
-        rise, hold = ramp_times(after - before, acceleration, self.jerk)
+        rise, hold = ramp_times(after - before, acceleration, self.mechanism.stroke.jerk)
         return 0.5 * (before + after) * (2 * rise + hold)
 
 
@@ -105,15 +109,9 @@ def stroke_profile(
     )
     deceleration = min(drive.acceleration, (mechanism.max_force - weight) / mass)
     acceleration = min(drive.acceleration, (mechanism.max_force + weight) / mass)
-    profile = StrokeProfile(
-        speed,
-        speed_after if abs(speed_after) > MIN_BRAKED_SPEED else 0.0,
-        acceleration,
-        deceleration,
-        drive.jerk,
-        mechanism.steady_time,
-        contact_time=mechanism.contact_time,
-    )
+    if abs(speed_after) <= MIN_BRAKED_SPEED:
+        speed_after = 0.0
+    profile = StrokeProfile(mechanism, speed, speed_after, acceleration, deceleration)
     why = (
         f'braking from {speed:.3g} m/s at {deceleration:.3g} m/s^2, limited by '
         f'{"stroke.acceleration" if deceleration == drive.acceleration else "max_force"}'
@@ -148,15 +146,12 @@ class StrokeTrajectory:
     home: float  # the cue is drawn back fully; after that it is raised off the table
 
 
-def stroke_trajectory(
-    mechanism: Mechanism, profile: StrokeProfile, start: Array, raised: float
-) -> StrokeTrajectory:
+def stroke_trajectory(profile: StrokeProfile, start: Array, raised: float) -> StrokeTrajectory:
     """
     Build the trajectory: accelerate, hold the speed, meet the ball, brake, draw back, rise.
 
     Parameters
     ----------
-    mechanism : Mechanism
     profile : StrokeProfile
     start : (6,) float array
         Joints, aimed and drawn back.
@@ -164,20 +159,18 @@ def stroke_trajectory(
         Height of the pivot at the end [m].
 
     """
-    stroke = np.eye(len(start))[STROKE]
+    mechanism, stroke = profile.mechanism, np.eye(len(start))[STROKE]
+    jerk = mechanism.stroke.jerk
     builder = TrajectoryBuilder(start)
-    builder.ramp(
-        profile.speed * stroke, *ramp_times(profile.speed, profile.acceleration, profile.jerk)
-    )
-    builder.piece(profile.steady_time, 0.0 * stroke)
+    builder.ramp(profile.speed * stroke, *ramp_times(profile.speed, profile.acceleration, jerk))
+    builder.piece(mechanism.steady_time, 0.0 * stroke)
     contact = builder.time
-    builder.ramp((profile.speed_after - profile.speed) * stroke, 0.5 * profile.contact_time, 0.0)
+    change = profile.speed_after - profile.speed
+    builder.ramp(change * stroke, 0.5 * mechanism.contact_time, 0.0)
     leave = builder.time
     if profile.speed_after != 0.0:
-        builder.ramp(
-            -profile.speed_after * stroke,
-            *ramp_times(profile.speed_after, profile.deceleration, profile.jerk),
-        )
+        brake = ramp_times(profile.speed_after, profile.deceleration, jerk)
+        builder.ramp(-profile.speed_after * stroke, *brake)
     stop = builder.time
     accelerations = np.where(stroke > 0.0, profile.deceleration, mechanism.accelerations)
     target = builder.position.copy()

@@ -22,7 +22,7 @@ def profile_of(speed=3.0, after=0.5, elevation=0.1, clearance=math.inf, mechanis
 @given(st.floats(0.05, 6.0), st.floats(-0.2, 1.0), st.floats(0.0, 1.2))
 def test_stroke_keeps_every_limit(speed, after, elevation):
     profile = profile_of(speed, after, elevation)
-    stroke = stroke_trajectory(MECHANISM, profile, HOME, 0.6)
+    stroke = stroke_trajectory(profile, HOME, 0.6)
     trajectory = stroke.trajectory
     for time in np.linspace(0.0, trajectory.duration, 300):
         position, velocity, acceleration = (row[STROKE] for row in trajectory.at(time))
@@ -40,7 +40,7 @@ def test_stroke_keeps_every_limit(speed, after, elevation):
 @given(st.floats(0.05, 6.0), st.floats(-0.2, 1.0))
 def test_constant_speed_before_the_ball_and_rest_in_the_end(speed, after):
     profile = profile_of(speed, after)
-    stroke = stroke_trajectory(MECHANISM, profile, HOME, 0.6)
+    stroke = stroke_trajectory(profile, HOME, 0.6)
     for time in np.linspace(stroke.contact - MECHANISM.steady_time, stroke.contact, 20):
         _, velocity, acceleration = stroke.trajectory.at(time)
         assert velocity[STROKE] == pytest.approx(speed, rel=1e-12)
