@@ -189,9 +189,8 @@ class Controller:
         if self.state in MOVING and (problem := self._implausible_joint()):
             self.fail(now, problem)
         elif self.state is SafetyState.FIRING and self._execution:
-            detector = self._execution.detector
-            if detector.update(position, velocity) and detector.strike:
-                self._tell_strike(detector.strike)
+            if strike := self._execution.detector.update(position, velocity):
+                self._tell_strike(strike)
             self._watch_brake(now)
 
     def receive_clock(self, time: float, now: float) -> None:

@@ -30,20 +30,20 @@ class StrikeDetector:
     _speeds: list[float] = field(default_factory=list)
     _joints: Array | None = None
 
-    def update(self, position: Array, velocity: Array) -> bool:
-        """Take measured joints (6,); return True if the cue has just met the ball."""
+    def update(self, position: Array, velocity: Array) -> MeasuredStrike | None:
+        """Take measured joints (6,); return the strike if the cue has just met the ball."""
         if self.strike is not None:
-            return False
+            return None
         contact = self.profile.contact_at
         if position[STROKE] < contact:
             if position[STROKE] >= contact - AVERAGED_FRACTION * self.profile.steady_way:
                 self._speeds.append(float(velocity[STROKE]))
                 self._joints = position
-            return False
+            return None
         if self._joints is None:
-            return False
+            return None
         joints = self._joints.copy()
         joints[STROKE] = contact
         speed = float(np.mean(self._speeds))
         self.strike = MeasuredStrike(forward_kinematics(self.profile.mechanism, joints), speed)
-        return True
+        return self.strike

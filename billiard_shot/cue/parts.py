@@ -16,22 +16,12 @@ from billiard_shot.scene.fields import number, section
 
 @dataclass(frozen=True, slots=True)
 class MovingPart:
-    """
-    One moving part, as a box of uniform density.
-
-    Parameters
-    ----------
-    mass : float
-        [kg], above 0.
-    length, width, height : float
-        Along the axes x, y and z of the part's frame [m], above 0.
-
-    """
+    """One moving part, as a box of uniform density."""
 
     mass: float = number('kg', above=0)
-    length: float = number('m', above=0)
-    width: float = number('m', above=0)
-    height: float = number('m', above=0)
+    length: float = number('m', above=0)  # along the axis x of the part's frame
+    width: float = number('m', above=0)  # along y
+    height: float = number('m', above=0)  # along z
 
     def __post_init__(self) -> None:
         check(self)
