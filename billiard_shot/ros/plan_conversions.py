@@ -75,7 +75,8 @@ def plan_request_of(
     if goal.sample_count > MAX_SAMPLES:
         raise ValueError(f'sample_count must be at most {MAX_SAMPLES}, got {goal.sample_count}')
     check_frame('header.frame_id', goal.header, frame)
-    scene, balls = default.scene, default.balls
+    scene = default.scene
+    balls: Balls = {}
     if goal.balls:
         scene, balls = requested_scene(scene, goal.balls)
     elif table is not None:
