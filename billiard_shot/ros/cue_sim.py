@@ -27,7 +27,7 @@ CATCH_UP = 0.25
 """Longest time that is simulated after an interruption [s]; for the rest, the mechanism pauses."""
 
 
-REST_RATE = 20.0
+REST_RATE = 10.0
 """Rate at which joint_states is published at rest [Hz]."""
 
 
