@@ -20,11 +20,17 @@ P = ParamSpec('P')
 R = TypeVar('R')
 
 # Divisions follow IEEE 754, as in NumPy. Compiled code releases the GIL: threads run in parallel.
-OPTIONS: dict[str, Any] = {'error_model': 'numpy', 'nogil': True}
-# No wrapper for calls from C, which are never made: it takes a fifth of the compile time.
-INNER: dict[str, Any] = {**OPTIONS, 'no_cfunc_wrapper': True}
+# `pipelines` adds what entries need besides. If entries had other options than inner functions,
+# numba would compile the inner functions that both call once for each.
+OPTIONS: dict[str, Any] = {
+    'error_model': 'numpy',
+    'nogil': True,
+    'no_cpython_wrapper': True,
+    'no_cfunc_wrapper': True,
+    '_nrt': False,
+}
 
-_parts: list[tuple[Callable[..., Any], dict[str, bool]]] = []
+_parts: list[tuple[Callable[..., Any], str]] = []
 _callers: list[tuple[Callable[..., None], 'Entry']] = []
 
 
@@ -36,16 +42,13 @@ def inner(function: Callable[P, R]) -> Callable[P, R]:
     times as fast. (`register_jitable(_nrt=False)` is an example in numba's own documentation of
     `register_jitable`.)
     """
-    return _note(function, _nrt=False)
+    _parts.append((function, 'Inner'))
+    return function
 
 
 def innermost(function: Callable[P, R]) -> Callable[P, R]:
     """Like `inner`, for the innermost loops: inlined into every caller."""
-    return _note(function, _nrt=False, forceinline=True)
-
-
-def _note(function: Callable[P, R], **options: bool) -> Callable[P, R]:
-    _parts.append((function, options))
+    _parts.append((function, 'Innermost'))
     return function
 
 
@@ -199,14 +202,17 @@ def compile_entry(entry: Entry, folder: Path) -> Compiled:
     import numba
     from numba.extending import register_jitable
 
-    for function, options in _parts:
-        register_jitable(**INNER, **options)(function)
+    from billiard_shot import pipelines
+
+    for function, name in _parts:
+        register_jitable(pipeline_class=getattr(pipelines, name), **OPTIONS)(function)
     _parts.clear()
     for call, called in _callers:
         _call_by_address(call, _argument_types(called))
     _callers.clear()
     with _cache_in(folder):
-        function = numba.njit(cache=True, **OPTIONS)(entry.function)
+        compiler = numba.njit(cache=True, pipeline_class=pipelines.Outermost, **OPTIONS)
+        function = compiler(entry.function)
     return Compiled(function, _argument_types(entry))
 
 
