@@ -3,9 +3,9 @@ The machine code of the entries: compiled once, in other processes, and kept on 
 
 A process interprets until the machine code is there, and then switches to it. Compiling takes tens
 of seconds, so it begins only where that pays: `require` (batches, plans) waits for it, `prepare`
-(nodes) begins it, and so does a process that has interpreted for some seconds. Each entry is
-compiled in a process of its own, because compiling in a thread stops all others. A lock ensures
-that it is compiled once, even if many processes need it. No process waits for one of lower
+(nodes) begins it, and so does a process that has interpreted for some seconds. Other processes
+compile, because compiling in a thread stops all others. A lock ensures that an entry is compiled
+once, even if many processes need it. No process waits for one of lower
 priority, so `require` compiles at the priority of its process, and `prepare` below it.
 
 Machine code is kept in `folder()`, named after the versions and the processor that it depends on.
@@ -42,17 +42,21 @@ try:
 except ImportError:  # Windows: two processes may compile the same, which harms nothing
     lockf = None  # type: ignore[assignment]
 
-# The longest first, so that they end together.
-ENTRIES = (
-    'billiard_shot.impact.kernel:solve_collisions',
-    'billiard_shot.table.event_loop:simulate_tables',
-    'billiard_shot.planning.score:score_tables',
-    'billiard_shot.planning.direct_shots:find_direct_shots',
-    'billiard_shot.planning.mapped_starts:write_starts',
-    'billiard_shot.planning.open_pockets:count_open_pockets',
-    'billiard_shot.shot.strike:place_cues',
-    'billiard_shot.shot.clear_elevation:write_clear_elevations',
+# A process compiles a group: it takes a second to begin, and compiles a function once that several
+# entries of the group call. The groups take about the same time.
+GROUPS = (
+    ('billiard_shot.impact.kernel:solve_collisions',),
+    (
+        'billiard_shot.table.event_loop:simulate_tables',
+        'billiard_shot.planning.score:score_tables',
+        'billiard_shot.planning.direct_shots:find_direct_shots',
+        'billiard_shot.planning.mapped_starts:write_starts',
+        'billiard_shot.planning.open_pockets:count_open_pockets',
+        'billiard_shot.shot.strike:place_cues',
+        'billiard_shot.shot.clear_elevation:write_clear_elevations',
+    ),
 )
+ENTRIES = tuple(name for group in GROUPS for name in group)
 # Layers import from earlier ones. `impact` does not import from `scene`.
 LAYERS = ('numerics', 'impact', 'scene', 'table', 'shot', 'planning')
 LOADING_PAYS = 0.5  # s of interpreting after which a process loads machine code that is there,
@@ -168,30 +172,32 @@ class _Worker(Thread):
     def __init__(self, nice: int) -> None:
         super().__init__(name='machine code', daemon=True)
         self.nice = nice
-        self.running: dict[str, subprocess.Popen[bytes]] = {}
+        self.running: dict[tuple[str, ...], subprocess.Popen[bytes]] = {}
         atexit.register(self.end)
 
     def run(self) -> None:
         """Compile and load all entries; if anything fails, warn, and keep interpreting."""
-        waiting = [name for name in ENTRIES if not _is_compiled(name)]
+        missing = (tuple(n for n in group if not _is_compiled(n)) for group in GROUPS)
+        waiting = [names for names in missing if names]
         failed = why = ''
         while (waiting and not failed) or self.running:
             while waiting and not failed and len(self.running) < (os.cpu_count() or 1):
-                name = waiting.pop(0)
+                names = waiting.pop(0)
                 try:
-                    self.running[name] = _child(name, self.nice)
+                    self.running[names] = _child(names, self.nice)
                 except OSError as error:  # the folder is gone, the disk is full
-                    failed, why = name, str(error)
+                    failed, why = names[0], str(error)
             sleep(POLL)
-            for name, process in list(self.running.items()):
+            for names, process in list(self.running.items()):
                 code = process.poll()
-                if _is_compiled(name):  # by this process, or by another one of higher priority
-                    del self.running[name]
+                left = [name for name in names if not _is_compiled(name)]
+                if not left:  # by this process, or by another one of higher priority
+                    del self.running[names]
                     process.terminate()
                     process.wait()
                 elif code is not None:
-                    del self.running[name]
-                    failed, why = name, _reason(name, code)
+                    del self.running[names]
+                    failed, why = left[0], _reason(names[0], code)
         if failed:
             _warn(
                 f'{failed} could not be compiled, so strokes are interpreted, which is slow: {why}'
@@ -225,13 +231,15 @@ class _Worker(Thread):
             process.terminate()
 
 
-def _child(name: str, nice: int) -> subprocess.Popen[bytes]:
-    """Compile an entry in another process."""
-    place = _place(name)
-    place.mkdir(exist_ok=True)
-    with (place / 'log').open('wb') as log:
+def _child(names: tuple[str, ...], nice: int) -> subprocess.Popen[bytes]:
+    """Compile entries in another process; its log is in the folder of the first one."""
+    arguments = [str(nice)]
+    for name in names:
+        _place(name).mkdir(exist_ok=True)
+        arguments += [name, str(_place(name))]
+    with (_place(names[0]) / 'log').open('wb') as log:
         return subprocess.Popen(
-            [sys.executable, '-m', 'billiard_shot.machine_code', str(place), name, str(nice)],
+            [sys.executable, '-m', 'billiard_shot.machine_code', *arguments],
             stdin=subprocess.DEVNULL,
             stdout=log,
             stderr=log,
@@ -308,12 +316,11 @@ def _warn(text: str) -> None:
     warnings.warn_explicit(text, RuntimeWarning, 'billiard_shot', 1)
 
 
-def compile_one(place: Path, name: str, nice: int) -> None:
-    """In a process of its own: compile an entry, unless another process has done so."""
-    gc.disable()  # collecting garbage in numba's large heap takes a tenth of the time
+def compile_one(name: str, place: Path) -> None:
+    """Compile an entry, unless another process has done so."""
     with (place / 'lock').open('w+') as lock:
         if lockf is not None:
-            _wait_for_others(lock.fileno(), os.nice(nice))
+            _wait_for_others(lock.fileno(), os.nice(0))
         done = place / 'done'
         if not done.exists():
             compile_entry(_entry(name), place)
@@ -337,7 +344,7 @@ def _wait_for_others(lock: int, nice: int) -> None:
     Wait for processes that compile the same with the same or a higher priority.
 
     Each priority has its own byte of the lock's file, from 1 for the highest. A process holds the
-    byte of its priority until it ends. It does not wait for the bytes of lower priorities.
+    byte of its priority until it has compiled. It does not wait for the bytes of lower priorities.
     """
     own = nice + 21
     lockf(lock, LOCK_EX, 1, own)
@@ -352,4 +359,8 @@ _loading = Lock()
 Interpreted.listeners.append(look)
 
 if __name__ == '__main__':
-    compile_one(Path(sys.argv[1]), sys.argv[2], int(sys.argv[3]))
+    gc.disable()  # collecting garbage in numba's large heap takes a tenth of the time
+    if lockf is not None:  # not on Windows
+        os.nice(int(sys.argv[1]))
+    for name, place in zip(sys.argv[2::2], sys.argv[3::2], strict=True):
+        compile_one(name, Path(place))

@@ -161,14 +161,14 @@ def warning_of(child, compiled, cache):
 
 
 def test_a_compiler_that_is_killed_leaves_a_warning_and_answers(compiled, tmp_path):
-    child = 'child = lambda name, nice: subprocess.Popen(["sh", "-c", "kill -9 $$"])\n'
+    child = 'child = lambda names, nice: subprocess.Popen(["sh", "-c", "kill -9 $$"])\n'
     assert 'its process was ended by signal 9' in warning_of(child, compiled, tmp_path)
 
 
 def test_a_full_disk_is_a_warning(compiled, tmp_path):
     child = (
-        'def child(name, nice):\n'
-        '    place = machine_code._place(name)\n'
+        'def child(names, nice):\n'
+        '    place = machine_code._place(names[0])\n'
         '    place.mkdir()\n'
         '    (place / "log").write_text("OSError: No space left on device")\n'
         '    return subprocess.Popen(["false"])\n'
@@ -178,9 +178,9 @@ def test_a_full_disk_is_a_warning(compiled, tmp_path):
 
 def test_a_cache_that_vanishes_is_a_warning(compiled, tmp_path):
     child = (
-        'def child(name, nice):\n'
+        'def child(names, nice):\n'
         '    shutil.rmtree(machine_code.folder(), ignore_errors=True)\n'
-        '    return real(name, nice)\n'
+        '    return real(names, nice)\n'
     )
     assert 'No such file or directory' in warning_of(child, compiled, tmp_path)
 
@@ -192,11 +192,12 @@ def waits_for_a_lock(pid):
 
 
 COMPILE = """
-import sys
+import os, sys
 from pathlib import Path
 from billiard_shot import machine_code
 machine_code.compile_entry = lambda entry, place: print('compiles', flush=True) or input()
-machine_code.compile_one(Path(sys.argv[1]), machine_code.ENTRIES[-1], int(sys.argv[2]))
+os.nice(int(sys.argv[2]))
+machine_code.compile_one(machine_code.ENTRIES[-1], Path(sys.argv[1]))
 """
 
 
