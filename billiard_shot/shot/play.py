@@ -31,7 +31,7 @@ from billiard_shot.table.simulate import (
 HOPS_BEFORE_CUSHIONS, CUSHION_SHARE = 0.1 * HOPS, 0.5
 # Share of the tolerance for a stroke that is played again, and the error that is left, at most: a
 # share of what this changed.
-FINER, LEFT = 1e-3, 0.05
+FINER, LEFT = 1e-2, 0.05
 
 
 class Played(NamedTuple):

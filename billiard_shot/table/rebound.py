@@ -25,7 +25,7 @@ from billiard_shot.impact.friction import minimize_over_disc
 from billiard_shot.records import record, Vector
 
 Y, Z, ALONG, VX, VY, VZ, WX, WY, WZ, SHEAR, LIFT = range(11)  # of a state: see `Rebound`
-SIZE, RIGID_SIZE = 11, 9  # with the deflection of the tangential spring, and without
+SIZE = 11
 SLIP_ENDS = 0.8  # of a slip that ends may go in a step
 FIRST = 3.5  # step, times the fifth root of the tolerance; a contact lasts about 3
 LONGEST_STEP, SHORTEST_STEP = 0.7, 1e-12  # steps
@@ -310,26 +310,53 @@ def write_rates(r: Rebound, state: Vector, stage: int) -> None:
     out[first + WZ] = -force * r.turn * r.cosine * f
     if r.tangential_stiffness > 0.0:
         out[first + SHEAR], out[first + LIFT] = spring_rates(r, state)
+    else:
+        out[first + SHEAR] = out[first + LIFT] = 0.0
+
+
+@innermost
+def weighted(r: Rebound, i: int, stages: int, weights: tuple[float, ...]) -> float:
+    """
+    Sum the rates of a number of the state in the first stages, times weights.
+
+    Stages and weights are constants in machine code, which is a fifth faster than a loop.
+    """
+    k = r.rates
+    total = weights[0] * k[i]
+    if stages > 1:
+        total += weights[1] * k[SIZE + i]
+    if stages > 2:
+        total += weights[2] * k[2 * SIZE + i]
+    if stages > 3:
+        total += weights[3] * k[3 * SIZE + i]
+    if stages > 4:
+        total += weights[4] * k[4 * SIZE + i]
+    if stages > 5:
+        total += weights[5] * k[5 * SIZE + i]
+    return total
+
+
+@innermost
+def take_stage(r: Rebound, step: float, stage: int) -> None:
+    """Write the state of a stage, and its rates."""
+    for i in range(SIZE):
+        r.trial[i] = r.state[i] + step * weighted(r, i, stage, RUNGE_KUTTA_STAGES[stage])
+    write_rates(r, r.trial, stage)
 
 
 @inner
 def take_trial(r: Rebound, step: float) -> float:
     """Make a step from `state` to `trial`, whose first rates are there; return its error."""
-    size = SIZE if r.tangential_stiffness > 0.0 else RIGID_SIZE
-    for stage in range(1, 7):
-        weights = RUNGE_KUTTA_STAGES[stage]
-        for i in range(size):
-            change = 0.0
-            for j in range(stage):
-                change += weights[j] * r.rates[SIZE * j + i]
-            r.trial[i] = r.state[i] + step * change
-        write_rates(r, r.trial, stage)
+    take_stage(r, step, 1)
+    take_stage(r, step, 2)
+    take_stage(r, step, 3)
+    take_stage(r, step, 4)
+    take_stage(r, step, 5)
+    take_stage(r, step, 6)
     error = 0.0
-    for i in range(size):
-        change = 0.0
-        for j in range(7):
-            change += ERRORS[j] * r.rates[SIZE * j + i]
-        error = max(error, abs(step * change))
+    for i in range(SIZE):
+        rate = weighted(r, i, 6, ERRORS) + ERRORS[6] * r.rates[6 * SIZE + i]
+        error = max(error, abs(step * rate))
     return error
 
 
@@ -397,6 +424,16 @@ def may_skip_landing(r: Rebound, step: float) -> bool:
     return down > 0.0 and up > 0.0 and state[Z] * up + trial[Z] * down < down * up * step
 
 
+@innermost
+def rub_on_cloth(r: Rebound, x: float, y: float) -> None:
+    """Let an impulse (-x, -y) of the cloth's friction act on the ball."""
+    state = r.state
+    state[VX] -= x
+    state[VY] -= y
+    state[WX] -= r.turn * y
+    state[WY] += r.turn * x
+
+
 @inner
 def land(r: Rebound, still: float) -> None:
     """Let the ball bounce on the cloth; if it hardly leaves it, the nose holds it there."""
@@ -405,10 +442,7 @@ def land(r: Rebound, still: float) -> None:
     p, q = cloth_slip(state)
     slip = size_of(p, q)
     drag = min(r.bounce_friction * push / slip, 1.0 / (1.0 + r.turn)) if slip > 0.0 else 0.0
-    state[VX] -= drag * p
-    state[VY] -= drag * q
-    state[WX] -= drag * r.turn * q
-    state[WY] += drag * r.turn * p
+    rub_on_cloth(r, drag * p, drag * q)
     state[VZ] *= -r.bounce_restitution
     state[Z] = 0.0
     if state[VZ] <= still:
@@ -433,12 +467,28 @@ def note_slip_beneath_spring(r: Rebound, close: float) -> None:
 
 
 @inner
+def stop_at_nose(r: Rebound, a: float, b: float) -> None:
+    """Stop a slip (a, b) at the nose by an impulse of friction; the cloth holds a lying ball."""
+    state, up = r.state, 0.0 if r.held else r.cosine * r.cosine
+    f, g = -a / (1.0 + r.turn), -b / (r.turn + r.sine * r.sine + up)
+    state[VX] += f
+    state[VY] -= r.sine * g
+    if not r.held:
+        state[VZ] += r.cosine * g
+    state[WX] += r.turn * g
+    state[WY] += r.turn * r.sine * f
+    state[WZ] -= r.turn * r.cosine * f
+
+
+@inner
 def note_slips(r: Rebound, tolerance: float, begins: float) -> None:
     """
     Note which contacts slip.
 
-    A slip ends when it is next to none; one that begins is slow, and follows its friction, until
-    it is large enough for a direction of its own: `begins`.
+    If a slip is next to none, it ends: an impulse of friction stops the rest of it. That is the
+    impulse by which slipping exceeds sticking until the slip is zero, if it keeps its direction.
+    A slip that begins is slow, and follows its friction, until it is large enough for a direction
+    of its own: `begins`.
     """
     least = STILL_TOLERANCES * tolerance
     p, q = cloth_slip(r.state)
@@ -447,8 +497,14 @@ def note_slips(r: Rebound, tolerance: float, begins: float) -> None:
         note_slip_beneath_spring(r, 2.0 * EVENT_SHARE * tolerance)
     else:
         a, b = nose_slip(r, r.state)
-        r.nose_slips = size_of(a, b) > (least if r.nose_slips else begins)
-    r.cloth_slips = size_of(p, q) > (least if r.cloth_slips else begins)
+        slips = size_of(a, b) > (least if r.nose_slips else begins)
+        if r.nose_slips and not slips:
+            stop_at_nose(r, a, b)
+        r.nose_slips = slips
+    slips = size_of(p, q) > (least if r.cloth_slips else begins)
+    if r.held and r.cloth_slips and not slips:
+        rub_on_cloth(r, p / (1.0 + r.turn), q / (1.0 + r.turn))
+    r.cloth_slips = slips
 
 
 @inner
@@ -524,13 +580,12 @@ def follow(r: Rebound, tolerance: float) -> bool:
 @inner
 def interpolate(r: Rebound, step: float, part: float) -> None:
     """Write the state after part of a step, whose rates are there, to `trial`."""
-    size = SIZE if r.tangential_stiffness > 0.0 else RIGID_SIZE
-    for i in range(size):
+    for i in range(SIZE):
         r.trial[i] = r.state[i]
     for stage in range(7):
         p, q, s, t = DENSE_WEIGHTS[stage]
         weight = step * part * (p + part * (q + part * (s + part * t)))
-        for i in range(size):
+        for i in range(SIZE):
             r.trial[i] += weight * r.rates[SIZE * stage + i]
 
 
