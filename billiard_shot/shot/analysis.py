@@ -31,7 +31,8 @@ def effects_of(shot: Shot) -> tuple[Effect, ...]:
     def again(scene: Scene) -> ShotContext:
         return predict(scene, shot.stroke, shot.tolerance, shot.position).effect_context
 
-    return tuple(report(gate, shot.effect_context, again) for gate in GATES)
+    context = shot.effect_context
+    return tuple(report(gate, context, again) for gate in GATES)
 
 
 def sensitivity_of(shot: Shot) -> NDArray[np.float64]:

@@ -1,9 +1,9 @@
 """What happened on a table: every ball's trajectory, every event with its energies."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -153,31 +153,32 @@ class TableRun:
     @cached_property
     def events(self) -> tuple[TableEvent, ...]:
         """All events in the order in which they were simulated, which is that of time."""
+        rows = self._events.rows
+        positions = np.empty((len(rows), 3))
+        for i, name in enumerate(self.names):
+            its = rows['ball'] == i
+            positions[its] = self.balls[name].at(rows['time'][its]).position
         members = self._events.balls()
         return tuple(
             event
-            for row, balls in zip(self._events.rows, members, strict=True)
-            for event in self._read(row, balls)
+            for row, balls, position in zip(rows.tolist(), members, positions, strict=True)
+            for event in self._read(row, balls, position)
         )
 
-    def _read(self, row: np.void, members: list[int]) -> list[TableEvent]:
-        cause, other, time = Cause(int(row['cause'])), int(row['other']), float(row['time'])
+    def _read(
+        self, row: Sequence[Any], members: list[int], position: NDArray[np.float64]
+    ) -> Iterator[TableEvent]:
+        """Read an EventRecord, as a row of plain numbers."""
+        time, cause, _, other, energy, energy_after, before, after = row
         balls = tuple(self.names[i] for i in members)
         place = ''
         if cause == Cause.POCKET:
             place = POCKET_NAMES[other]
         elif cause == Cause.CUSHION:
             place = _cushion_name(other)
-        position = self.balls[self.names[int(row['ball'])]].at(time).position
-        before, after = Motion(int(row['motion_before'])), Motion(int(row['motion_after']))
-        events = []
-        energy, energy_after = float(row['energy_before']), float(row['energy_after'])
-        for kind in kinds_of(before, after, cause):
-            events.append(
-                TableEvent(time, kind, balls, place, position, energy, energy_after=energy_after)
-            )
+        for kind in kinds_of(Motion(before), Motion(after), Cause(cause)):
+            yield TableEvent(time, kind, balls, place, position, energy, energy_after=energy_after)
             energy = energy_after  # all that is lost is booked to the first
-        return events
 
 
 def _cushion_name(feature: int) -> str:
