@@ -144,8 +144,8 @@ class Cell:
         Thread(target=process.stdout.read, daemon=True).start()
         self.processes[name] = process
 
-    def call(self, name):
-        return self.services[name].call(Trigger.Request())
+    def call(self, name, repeatable=False):
+        return self.services[name].call(Trigger.Request(), repeatable=repeatable)
 
     def arm(self, shot_id=None):
         """Arm the shot that is aimed, or another one."""
