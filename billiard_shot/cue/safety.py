@@ -129,7 +129,7 @@ class SafetyDecision:
 def decide(
     state: SafetyState, event: SafetyEvent, problems: Mapping[Condition, str]
 ) -> SafetyDecision:
-    """Look up an event in the table; `problems` says why conditions do not hold."""
+    """Look up an event in the table; `problems` says of each condition why it does not hold."""
     if (state, event) not in TRANSITIONS:
         possible = [start.name for start, happening in TRANSITIONS if happening is event]
         return SafetyDecision(
@@ -138,7 +138,7 @@ def decide(
             f'{event}: not possible in state {state.name}, only in {", ".join(possible)}',
         )
     after, needed = TRANSITIONS[state, event]
-    missing = [each for each in Condition if each in needed and problems.get(each)]
+    missing = [each for each in Condition if each in needed and problems[each]]
     if missing:
         why = '; '.join(problems[each] for each in missing)
         return SafetyDecision(False, state, f'{event}: needs: {"; ".join(missing)} ({why})')

@@ -60,8 +60,8 @@ LEGAL = {
 
 def decide(state, event, conditions):
     """Decide when these conditions hold, and no others."""
-    lacking = [condition for condition in Condition if condition not in conditions]
-    return decide_with(state, event, {condition: f'no {condition.name}' for condition in lacking})
+    problems = {each: '' if each in conditions else f'no {each.name}' for each in Condition}
+    return decide_with(state, event, problems)
 
 
 @pytest.mark.parametrize('event', SafetyEvent)
