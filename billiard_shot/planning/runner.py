@@ -95,12 +95,12 @@ class Runner:
         Return how many of the strokes make a task.
 
         A task for each core, if these are neither small nor large; with a time limit, no more than
-        about `SHORT_TASK_S` of work.
+        about `SHORT_TASK_S` of work. The tasks are alike.
         """
         size = min(max(ceil(strokes / (os.cpu_count() or 1)), CHUNK), LARGEST_CHUNK)
-        if self._time_limit is None:
-            return size
-        return min(max(int(SHORT_TASK_S * self._rate), 1), size)
+        if self._time_limit is not None:
+            size = min(max(int(SHORT_TASK_S * self._rate), 1), size)
+        return ceil(strokes / max(ceil(strokes / size), 1)) or 1
 
     @property
     def _time_left(self) -> float:
