@@ -59,6 +59,13 @@ REMINDER = 8.0
 ANSWER_TIMEOUT = 30.0
 """Longest time in which a node answers, if the machine is busy [s]."""
 
+CANCEL_TIME = 10.0
+"""
+Longest time in which a node ends a cancelled goal [s].
+
+If the client went on before, the next shot could be refused because the driver is busy.
+"""
+
 PLAN_TIME = 600.0
 """Longest time for a plan [s]."""
 
@@ -395,7 +402,7 @@ class RobotClient(Node):
         finally:
             if not ended.done():
                 handle.cancel_goal_async()
-                self.until(ended.done, 2.0)
+                self.until(ended.done, CANCEL_TIME)
 
     def _is_aimed(self, goal: ExecuteShot.Goal) -> bool:
         last = self.states[-1]
