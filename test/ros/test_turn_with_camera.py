@@ -7,6 +7,7 @@ pytest.importorskip('vision_msgs', reason='needs vision_msgs')
 
 from billiard_shot_msgs.action import PlayTurn
 from cell import Cell, PATIENT
+from waiting import PATIENCE
 
 from billiard_shot import Scene
 from billiard_shot.game.game import start
@@ -39,6 +40,8 @@ def test_a_ball_is_cleared(node, launch_once):
         lambda: True,
         state,
     )
+    everything = cell.player.until(lambda: len(cell.player.table.balls) == 2, PATIENCE)
+    assert everything, 'the camera does not see the cue ball and the 8'
     assert turn.play() == (PlayTurn.Result.OVER, 'player 0 wins'), said
     assert '8 off the table' in next(each for each in said if 'put the balls' in each)
     cell.close()
