@@ -393,16 +393,24 @@ class RobotClient(Node):
 
         If the goal has not ended at the end of the block, it is cancelled.
         """
-        handle = self.answer(action.send_goal_async(goal), f'action {name}')
-        if not handle.accepted:
-            raise NotReadyError(f'action {name} rejects the goal: {self._reason("cue_driver")}')
-        ended = handle.get_result_async()
+        sent, ended = action.send_goal_async(goal), None
         try:
+            handle = self.answer(sent, f'action {name}')
+            if not handle.accepted:
+                raise NotReadyError(
+                    f'action {name} rejects the goal: {self._reason("cue_driver")}'
+                )
+            ended = handle.get_result_async()
             yield ended
         finally:
-            if not ended.done():
-                handle.cancel_goal_async()
-                self.until(ended.done, CANCEL_TIME)
+            if ended is None or not ended.done():
+                self._cancel(sent)
+
+    def _cancel(self, sent: 'Future[Any]') -> None:
+        """Cancel a goal that was sent, perhaps not answered yet; wait until it has ended."""
+        if self.until(sent.done, CANCEL_TIME) and result_of(sent).accepted:
+            result_of(sent).cancel_goal_async()
+            self.until(result_of(sent).get_result_async().done, CANCEL_TIME)
 
     def _is_aimed(self, goal: ExecuteShot.Goal) -> bool:
         last = self.states[-1]

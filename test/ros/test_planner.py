@@ -84,11 +84,14 @@ class Asking:
         assert self.client.wait_for_server(timeout_sec=PATIENCE), 'the planner did not come up'
 
     def begin(self, **goal):
-        sent = self.client.send_goal_async(
-            PlanShot.Goal(**goal), lambda message: self.feedback.append(message.feedback)
-        )
-        rclpy.spin_until_future_complete(self.node, sent, timeout_sec=PATIENCE)
-        return sent.result(), sent.result().get_result_async()
+        for _ in range(4):  # the first answer of a new server may be lost
+            sent = self.client.send_goal_async(
+                PlanShot.Goal(**goal), lambda message: self.feedback.append(message.feedback)
+            )
+            rclpy.spin_until_future_complete(self.node, sent, timeout_sec=PATIENCE / 4)
+            if sent.done():
+                return sent.result(), sent.result().get_result_async()
+        raise TimeoutError('the planner answers no goal')
 
     def end(self, future):
         rclpy.spin_until_future_complete(self.node, future, timeout_sec=PATIENCE)

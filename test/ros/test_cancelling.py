@@ -1,0 +1,65 @@
+"""A client that is cancelled leaves no goal behind."""
+
+import threading
+import time
+
+import pytest
+
+pytest.importorskip('billiard_shot_msgs', reason='needs ROS 2')
+
+from billiard_shot_msgs.action import ExecuteShot
+import rclpy
+from rclpy.action import ActionServer, CancelResponse, GoalResponse
+from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.executors import MultiThreadedExecutor
+from waiting import PATIENCE
+
+from billiard_shot.ros.client import CanceledError, RobotClient
+
+
+def test_a_goal_is_cancelled_that_is_not_answered_yet(node):
+    """Before, such a shot was aimed all the same, and the next one was refused."""
+    driver = rclpy.create_node('cue_driver', namespace='/hasty')
+    asked, cancelled = threading.Event(), threading.Event()
+
+    def accept(_):
+        asked.set()
+        time.sleep(1.0)
+        return GoalResponse.ACCEPT
+
+    def play(goal):
+        while not goal.is_cancel_requested:
+            time.sleep(0.01)
+        goal.canceled()
+        cancelled.set()
+        return ExecuteShot.Result()
+
+    server = ActionServer(
+        driver,
+        ExecuteShot,
+        'execute_shot',
+        play,
+        callback_group=ReentrantCallbackGroup(),
+        goal_callback=accept,
+        cancel_callback=lambda _: CancelResponse.ACCEPT,
+    )
+    executor = MultiThreadedExecutor(3)
+    executor.add_node(driver)
+    spinning = threading.Thread(target=executor.spin, daemon=True)
+    spinning.start()
+    client = RobotClient('player', '/hasty')
+    assert client.execute_shot.wait_for_server(PATIENCE)
+
+    def cancel():
+        asked.wait(PATIENCE)
+        client.is_canceled = True
+
+    threading.Thread(target=cancel, daemon=True).start()
+    with pytest.raises(CanceledError):
+        client.execute(ExecuteShot.Goal())
+    assert cancelled.wait(1.0)
+    executor.shutdown()
+    spinning.join(PATIENCE)
+    server.destroy()
+    driver.destroy_node()
+    client.destroy_node()
