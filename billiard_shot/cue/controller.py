@@ -127,7 +127,7 @@ class Controller:
             self.reason = 'started'
 
     def problems(self, now: float) -> dict[str, str]:
-        """Problem of everything that a shot needs, by name; '' if there is none."""
+        """Return the problem of each input and device that a shot needs; '' if it has none."""
         return {
             'estop': self.estop.problem(now),
             'interlock': self.interlock.problem(now),

@@ -191,7 +191,7 @@ def _effort(mechanism: Mechanism, number: int, acceleration: float) -> float:
         return mechanism.max_force
     mass = sum(getattr(mechanism.parts, each).mass for each in JOINTS[number:])
     gravity = STANDARD_GRAVITY if name in ('base_z', 'incline') else 0.0
-    if KINDS[number] is PRISMATIC:
+    if KINDS[number] == PRISMATIC:
         return float(mass * (acceleration + gravity))
     far = math.hypot(mechanism.reach + mechanism.stroke.max, mechanism.axis_drop)
     return float(mass * far * (far * acceleration + gravity))

@@ -119,7 +119,7 @@ class BallTracker:
         """Forget all balls."""
         self._tracks: list[_Track] = []
         self._names: dict[str, _Track] = {}
-        self.time = 0.0  # of the last detection of any ball [s]; 0 if there was none
+        self.time = 0.0  # of the last detection [s]; 0 if no ball was detected yet
 
     @property
     def pocketed(self) -> set[str]:

@@ -375,7 +375,7 @@ class RobotClient(Node):
             self.until(ended.done, left)
 
     def call(self, client: 'Client[Any, Any]', request: Any) -> Any:
-        """Call a service once, and return its answer; NotReadyError if there is none."""
+        """Call a service once, and return its answer; if it does not answer, NotReadyError."""
         return self.answer(client.call_async(request), client.service_name)
 
     def answer(self, sent: 'Future[Any]', name: str) -> Any:
@@ -403,14 +403,12 @@ class RobotClient(Node):
             ended = handle.get_result_async()
             yield ended
         finally:
-            if ended is None or not ended.done():
-                self._cancel(sent)
-
-    def _cancel(self, sent: 'Future[Any]') -> None:
-        """Cancel a goal that was sent, perhaps not answered yet; wait until it has ended."""
-        if self.until(sent.done, CANCEL_TIME) and result_of(sent).accepted:
-            result_of(sent).cancel_goal_async()
-            self.until(result_of(sent).get_result_async().done, CANCEL_TIME)
+            # an interruption may come before the answer to the goal
+            if ended is None and self.until(sent.done, CANCEL_TIME) and result_of(sent).accepted:
+                ended = result_of(sent).get_result_async()
+            if ended is not None and not ended.done():
+                result_of(sent).cancel_goal_async()
+                self.until(ended.done, CANCEL_TIME)
 
     def _is_aimed(self, goal: ExecuteShot.Goal) -> bool:
         last = self.states[-1]

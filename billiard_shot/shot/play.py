@@ -29,8 +29,9 @@ from billiard_shot.table.simulate import (
 
 # Cushions magnify errors, that of a hop ten times: half of the tolerance is set aside for that.
 HOPS_BEFORE_CUSHIONS, CUSHION_SHARE = 0.1 * HOPS, 0.5
-# Share of the tolerance for a stroke that is played again, and the error that is left, at most: a
-# share of what this changed.
+# Share of the tolerance for a stroke that is played again: what it errs by is far below its share,
+# so it may be magnified more than a hundred times. And the error that is left, at most: a share of
+# what the repetition changed.
 FINER, LEFT = 1e-2, 0.05
 
 

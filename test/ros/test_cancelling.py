@@ -18,7 +18,7 @@ from billiard_shot.ros.client import CanceledError, RobotClient
 
 
 def test_a_goal_is_cancelled_that_is_not_answered_yet(node):
-    """Before, such a shot was aimed all the same, and the next one was refused."""
+    """Before, the driver aimed such a shot, and refused the next one."""
     driver = rclpy.create_node('cue_driver', namespace='/hasty')
     asked, cancelled = threading.Event(), threading.Event()
 
