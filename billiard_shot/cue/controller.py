@@ -33,8 +33,8 @@ from billiard_shot.cue.safety import (
     SafetyEvent,
     SafetyState,
 )
-from billiard_shot.cue.sightings import Balls
 from billiard_shot.cue.table_watch import TableWatch
+from billiard_shot.perception.sightings import Balls
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene
 

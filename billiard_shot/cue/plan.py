@@ -9,7 +9,6 @@ from billiard_shot.cue.clearance import first_touch, Shape
 from billiard_shot.cue.joint_trajectory import JointTrajectory, TrajectoryBuilder
 from billiard_shot.cue.kinematics import inverse_kinematics, TipPose, travel_pivot_height
 from billiard_shot.cue.limits import LimitError
-from billiard_shot.cue.lying import positions_of
 from billiard_shot.cue.mechanism import BASE_Z, Mechanism, STROKE
 from billiard_shot.cue.outcome import GoalOutcome, RefusedError
 from billiard_shot.cue.profile import (
@@ -18,7 +17,8 @@ from billiard_shot.cue.profile import (
     StrokeProfile,
     StrokeTrajectory,
 )
-from billiard_shot.cue.sightings import Balls
+from billiard_shot.perception.lying import positions_of
+from billiard_shot.perception.sightings import Balls
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene
 from billiard_shot.shot.predict import predict

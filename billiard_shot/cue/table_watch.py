@@ -14,7 +14,7 @@ import math
 
 from billiard_shot.cue.execution import Settings
 from billiard_shot.cue.inputs import Heartbeat
-from billiard_shot.cue.sightings import Balls, moved
+from billiard_shot.perception.sightings import Balls, moved
 
 
 class TableWatch:

@@ -26,7 +26,7 @@ from std_msgs.msg import Bool, Header
 from billiard_shot import Scene, Stroke
 from billiard_shot.cue.outcome import GoalOutcome, RefusedError
 from billiard_shot.cue.safety import SafetyState
-from billiard_shot.cue.sightings import Balls
+from billiard_shot.perception.sightings import Balls
 from billiard_shot.ros import conversions, cue_conversions
 from billiard_shot.ros.node_runner import EVERY_LOG, EVERY_STATE, LATCHED
 from billiard_shot.ros.service_caller import result_of, ServiceCaller

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from std_msgs.msg import Header
 
 from billiard_shot import effects_of, Scene, Shot, Stroke, Trajectory
-from billiard_shot.cue.lying import positions_of
-from billiard_shot.cue.sightings import Balls, Sighting
+from billiard_shot.perception.lying import positions_of
+from billiard_shot.perception.sightings import Balls, Sighting
 from billiard_shot.records import Array, Triple
 from billiard_shot.ros.parameters import MAX_SAMPLES
 from billiard_shot.scene.placement import CUE_BALL

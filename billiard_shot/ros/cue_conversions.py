@@ -22,7 +22,7 @@ from billiard_shot.cue.measurement import MeasuredStrike
 from billiard_shot.cue.outcome import GoalOutcome, RefusedError
 from billiard_shot.cue.plan import ShotPlan, tip_at
 from billiard_shot.cue.safety import SafetyState
-from billiard_shot.cue.sightings import Balls
+from billiard_shot.perception.sightings import Balls
 from billiard_shot.ros.conversions import (
     BadRequestError,
     ball_message,

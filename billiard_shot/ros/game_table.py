@@ -13,10 +13,10 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from billiard_shot import Scene
-from billiard_shot.cue.lying import positions_of
-from billiard_shot.cue.sightings import Balls
 from billiard_shot.game.seen import Places
 from billiard_shot.game.state import State
+from billiard_shot.perception.lying import positions_of
+from billiard_shot.perception.sightings import Balls
 from billiard_shot.ros.client import RobotClient, TableUnknownError
 from billiard_shot.ros.game_conversions import balls_message
 from billiard_shot.ros.node_runner import LATCHED

@@ -12,7 +12,7 @@ from geometry_msgs.msg import Point, Vector3
 from std_msgs.msg import Header
 
 from billiard_shot import PlanResult, Scene
-from billiard_shot.cue.sightings import Balls, largest_deviation, Sighting
+from billiard_shot.perception.sightings import Balls, largest_deviation, Sighting
 from billiard_shot.planning import targets
 from billiard_shot.planning.result import RankedStroke
 from billiard_shot.ros.conversions import (

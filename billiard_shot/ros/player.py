@@ -28,7 +28,7 @@ import yaml
 
 from billiard_shot import Scene, Status, Stroke
 from billiard_shot.cue.outcome import GoalOutcome, RefusedError
-from billiard_shot.cue.sightings import Balls
+from billiard_shot.perception.sightings import Balls
 from billiard_shot.planning.statistics import estimate_in_words
 from billiard_shot.ros import conversions
 from billiard_shot.ros.client import (

@@ -11,7 +11,7 @@ from billiard_shot_msgs.srv import PredictShot
 import numpy as np
 
 from billiard_shot import Scene, Status, Stroke
-from billiard_shot.cue.sightings import Sighting
+from billiard_shot.perception.sightings import Sighting
 from billiard_shot.ros import conversions, cue_conversions
 from billiard_shot.ros.client import RobotClient
 from billiard_shot.ros.node_runner import own_arguments, parser_of

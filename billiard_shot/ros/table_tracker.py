@@ -13,7 +13,7 @@ from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
 from std_srvs.srv import Trigger
 
-from billiard_shot.cue.tracker import BallTracker, Detection, TrackerSettings
+from billiard_shot.perception.tracker import BallTracker, Detection, TrackerSettings
 from billiard_shot.records import Array
 from billiard_shot.ros import parameters
 from billiard_shot.ros.conversions import ball_message, seconds, time_of

@@ -3,7 +3,7 @@
 from billiard_shot import Scene, Stroke
 from billiard_shot.cue.mechanism import Mechanism
 from billiard_shot.cue.plan import prepare_shot, ShotPlan, tip_at
-from billiard_shot.cue.sightings import Sighting
+from billiard_shot.perception.sightings import Sighting
 
 scene, balls = Scene.load('paper'), {'cue': Sighting((0.0, 0.0))}
 stroke = Stroke.from_offsets(a=0.1, b=0.2, elevation=0.6, azimuth=0.0, speed=3.0)

@@ -14,8 +14,8 @@ from billiard_shot.cue.kinematics import TipPose
 from billiard_shot.cue.mechanism import Mechanism
 from billiard_shot.cue.plan import ShotPlan
 from billiard_shot.cue.safety import SafetyState
-from billiard_shot.cue.sightings import Sighting
 from billiard_shot.cue.simulated import Imperfections, SimulatedMechanism
+from billiard_shot.perception.sightings import Sighting
 
 SCENE = Scene.load('paper')
 RADIUS = SCENE.ball.radius

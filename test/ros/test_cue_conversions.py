@@ -23,7 +23,7 @@ from billiard_shot.cue.mechanism import JOINTS, Mechanism
 from billiard_shot.cue.outcome import GoalOutcome, RefusedError
 from billiard_shot.cue.plan import prepare_shot
 from billiard_shot.cue.safety import SafetyState
-from billiard_shot.cue.sightings import Sighting
+from billiard_shot.perception.sightings import Sighting
 from billiard_shot.ros import cue_conversions as conversions
 from billiard_shot.ros.cue_driver import CueDriver
 

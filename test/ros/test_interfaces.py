@@ -18,7 +18,7 @@ from rclpy.parameter import Parameter
 from billiard_shot import Status
 from billiard_shot.cue.execution import Settings
 from billiard_shot.cue.simulated import Faults, Imperfections
-from billiard_shot.cue.tracker import TrackerSettings
+from billiard_shot.perception.tracker import TrackerSettings
 from billiard_shot.ros import parameters
 from billiard_shot.ros.cue_driver import CueDriverParameters
 from billiard_shot.ros.cue_model import CueModelParameters

@@ -20,11 +20,11 @@ from rclpy.action import ActionClient
 from waiting import PATIENCE, PatientCaller
 
 from billiard_shot import Scene, Stroke
-from billiard_shot.cue.sightings import Sighting
 from billiard_shot.game.call import Call, Decision
 from billiard_shot.game.game import start
 from billiard_shot.game.outcome import Outcome
 from billiard_shot.game.tournament import find_agent
+from billiard_shot.perception.sightings import Sighting
 from billiard_shot.ros.client import CanceledError, NotReadyError, TableUnknownError
 from billiard_shot.ros.game_conversions import balls_message, game_state_message, state_of
 from billiard_shot.ros.game_table import GameTable

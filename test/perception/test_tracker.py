@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from billiard_shot.cue.sightings import moved
-from billiard_shot.cue.tracker import BallTracker, Detection, TrackerSettings
+from billiard_shot.perception.sightings import moved
+from billiard_shot.perception.tracker import BallTracker, Detection, TrackerSettings
 
 RADIUS = 0.0286
 PERIOD = 1 / 30

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from billiard_shot.cue.sightings import Sighting
+from billiard_shot.perception.sightings import Sighting
 from billiard_shot.records import Array
 from billiard_shot.scene.checks import check
 from billiard_shot.scene.fields import number, whole_number

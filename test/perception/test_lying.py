@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from billiard_shot import Scene
-from billiard_shot.cue.lying import positions_of
-from billiard_shot.cue.sightings import Sighting
+from billiard_shot.perception.lying import positions_of
+from billiard_shot.perception.sightings import Sighting
 
 SCENE = Scene.load('pool_table')
 RADIUS = SCENE.ball.radius

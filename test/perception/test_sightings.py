@@ -6,12 +6,17 @@ import math
 from hypothesis import given
 from hypothesis import strategies as st
 import numpy as np
-from plans import sightings
 import pytest
 
-from billiard_shot.cue.sightings import moved, Sighting
+from billiard_shot.perception.sightings import moved, Sighting
 
 TOLERANCE = 1e-3
+
+
+def sightings(places):
+    return {name: Sighting(place) for name, place in places.items()}
+
+
 PLANNED = sightings({'cue': (0.0, 0.0), '8': (0.5, 0.0)})
 
 

@@ -8,7 +8,7 @@ moved apart, and out of the cushion.
 from itertools import combinations
 import math
 
-from billiard_shot.cue.sightings import Balls, distance_between, Sighting, SURE_SIGMAS
+from billiard_shot.perception.sightings import Balls, distance_between, Sighting, SURE_SIGMAS
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import no_place
 from billiard_shot.scene.rack import Place
