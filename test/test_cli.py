@@ -1,4 +1,5 @@
 from argparse import Namespace
+from contextlib import contextmanager
 import csv
 from functools import partial
 import io
@@ -16,7 +17,8 @@ import pytest
 import billiard_shot
 from billiard_shot import predict, Scene, Stroke
 from billiard_shot.cli import COMMANDS, main, make_parser, STUDIES
-from billiard_shot.cli.exit_codes import EXIT_CODES, FAILED, INTERRUPTED
+from billiard_shot.cli.exit_codes import DONE, EXIT_CODES, FAILED, INTERRUPTED
+from billiard_shot.cli.predict import OFFSETS
 from billiard_shot.cli.progress import estimate_without_machine_code
 from billiard_shot.cli.text_table import Column, print_rows
 
@@ -369,23 +371,83 @@ def test_a_full_disk_is_an_error_without_traceback():
     assert len(done.stderr.splitlines()) == 1
 
 
-def test_a_closed_pipe_is_no_error():
+@pytest.mark.parametrize('unbuffered', ['', '1'])
+def test_a_closed_pipe_loses_no_file(unbuffered, tmp_path, monkeypatch):
+    monkeypatch.setenv('PYTHONUNBUFFERED', unbuffered)
     read, write = os.pipe()
     os.close(read)
+    files = tmp_path / 'shot.json', tmp_path / 'shot.png'
+    options = ('-o', str(files[0]), '--picture', str(files[1]))
     with os.fdopen(write, 'w') as closed:
-        done = run('predict', '--speed', '1', stdout=closed)
-    assert (done.returncode, done.stderr) == (FAILED, '')
+        done = run('predict', '--speed', '1', *options, stdout=closed)
+    assert (done.returncode, done.stderr) == (DONE, '')
+    assert all(file.stat().st_size for file in files)
+
+
+def test_a_terminal_without_degrees_loses_no_result(monkeypatch):
+    monkeypatch.setenv('PYTHONIOENCODING', 'ascii')
+    words = ('predict', 'frozen_combination', '--aim', '1', '--cut', '30', '--speed', '2')
+    plain = run(*words, stdout=subprocess.PIPE)
+    monkeypatch.setenv('PYTHONIOENCODING', 'utf-8')
+    full = run(*words, stdout=subprocess.PIPE)
+    assert (plain.returncode, plain.stderr) == (DONE, '')
+    assert '°' in full.stdout
+    assert plain.stdout == full.stdout.replace('°', 'deg')
+
+
+@pytest.mark.parametrize('form', ['--json', '--csv'])
+def test_a_prediction_holds_the_stroke_that_was_aimed(form, capsys):
+    words = f'predict frozen_combination --aim 1 --cut 20 --speed 2 --b 0.1 {form}'
+    assert main(words.split()) == DONE
+    text = capsys.readouterr().out
+    said = json.loads(text) if form == '--json' else next(csv.DictReader(text.splitlines()))
+    stroke = Stroke.from_offsets(*(float(said[name]) for name in OFFSETS))
+    shot = predict(Scene.load('frozen_combination'), stroke)
+    assert shot.first_contact == '1'
+    velocity = said['velocity'] if form == '--json' else [said[f'velocity_{x}'] for x in 'xyz']
+    assert shot.velocity == pytest.approx([float(each) for each in velocity], abs=1e-6)
 
 
 @pytest.mark.parametrize(
     'words',
     [
-        ['plan', 'wall', '--pot', '9', '--budget', '100000000'],
+        ['tournament', 'eight_ball'],
         ['study', 'laws', '--random', '1000'],
         ['study', 'hard-cases'],
     ],
 )
 def test_ctrl_c_ends_without_traceback(words):
+    code, _, err = interrupted(words)
+    assert code == INTERRUPTED
+    assert 'interrupted' in err.splitlines()[-1]
+    assert 'Traceback' not in err
+
+
+def test_ctrl_c_ends_a_search_with_its_best_stroke(tmp_path, capsys, monkeypatch):
+    pressed = []
+
+    @contextmanager
+    def press_ctrl_c_after_a_while(label, total):
+        def report(done):
+            if done > 2000 and not pressed:
+                pressed.append(done)
+                os.kill(os.getpid(), signal.SIGINT)
+
+        yield report
+
+    monkeypatch.setattr('billiard_shot.cli.plan.reporting', press_ctrl_c_after_a_while)
+    page = tmp_path / 'plan.html'
+    words = ['plan', 'wall', '--pot', '9', '--budget', '100000000', '--view', str(page)]
+    assert main(words) == INTERRUPTED
+    out, err = capsys.readouterr()
+    assert err == ''
+    assert out.startswith('CANCELLED: cancelled after ')
+    assert 'strokes simulated' in out.splitlines()[-1]
+    assert page.stat().st_size
+
+
+def interrupted(words):
+    """Exit code, output and errors of a command that Ctrl+C interrupts."""
     command = [sys.executable, '-m', 'billiard_shot', *words]
     # A shell lets the children of its background jobs ignore Ctrl+C; this one does not.
     heeds = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
@@ -394,12 +456,10 @@ def test_ctrl_c_ends_without_traceback(words):
         time.sleep(3.0)  # long enough for the work to begin, on most machines; else it is earlier
         process.send_signal(signal.SIGINT)
         try:
-            _, err = process.communicate(timeout=60)
+            out, err = process.communicate(timeout=60)
         finally:
             process.kill()  # or the end of `with` would wait for it
-    assert process.returncode == INTERRUPTED
-    assert err.decode().splitlines()[-1] == 'billiard-shot: interrupted'
-    assert b'Traceback' not in err
+    return process.returncode, out.decode(), err.decode()
 
 
 @pytest.mark.parametrize('shell', ['bash', 'zsh'])

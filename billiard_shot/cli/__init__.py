@@ -12,13 +12,13 @@ import argparse
 from collections.abc import Container, Sequence
 from concurrent.futures import BrokenExecutor
 from importlib import import_module
-import os
 import re
 import sys
 from typing import Any, NoReturn
 
 import billiard_shot
 from billiard_shot.cli.exit_codes import EXIT_CODES, FAILED, INTERRUPTED, WRONG_INPUT
+from billiard_shot.cli.output import discard_output, tolerant_output
 from billiard_shot.pictures.canvas import require_matplotlib
 
 COMMANDS = {  # and what each does
@@ -57,20 +57,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
         _check_files(options)  # before the work, not after it
         if any(getattr(options, name, None) for name in PICTURES):
             require_matplotlib()
-        code = int(options.run(options))
-        if sys.stdout is not None:  # Python sets None if the shell has closed the output
-            sys.stdout.flush()
+        with tolerant_output():
+            code = int(options.run(options))
     except KeyboardInterrupt:
         print('billiard-shot: interrupted', file=sys.stderr)
         return INTERRUPTED
-    except BrokenPipeError:  # `... | head` has closed the pipe
-        _discard_output()
-        return FAILED
     except BrokenExecutor as error:  # a process of --workers was killed
         print(f'billiard-shot: {error}', file=sys.stderr)
         return FAILED
     except OSError as error:  # such as a full disk
-        _discard_output()
+        discard_output()
         print(f'billiard-shot: {error}', file=sys.stderr)
         return FAILED
     except ValueError as error:
@@ -163,8 +159,3 @@ def _check_files(options: argparse.Namespace) -> None:
         kinds = DRAWN if name in PICTURES else ('.html',) if name == 'view' else ()
         if path and kinds and path.suffix not in kinds:
             raise ValueError(f'{option} must be a file {" or ".join(kinds)}, got {path}')
-
-
-def _discard_output() -> None:
-    """Keep Python from writing the rest of the output at exit."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -11,6 +11,8 @@ from typing import Any
 
 import billiard_shot
 from billiard_shot import PlanResult, RankedStroke, save_shot, Scene
+from billiard_shot.cli.exit_codes import DONE, FAILED, INTERRUPTED
+from billiard_shot.cli.interrupts import interruptible
 from billiard_shot.cli.progress import (
     estimate_without_machine_code,
     reporting,
@@ -30,11 +32,13 @@ from billiard_shot.pictures.plan import draw_plan
 from billiard_shot.pictures.view import write_page
 from billiard_shot.planning.dispersion import sample_outcomes
 from billiard_shot.planning.in_hand import IN_HAND_PLACES
-from billiard_shot.planning.limits import BALL_CONSTRAINTS
+from billiard_shot.planning.limits import BALL_CONSTRAINTS, limits_of
 from billiard_shot.planning.search import NORMAL_BUDGET
 from billiard_shot.planning.statistics import percent
 from billiard_shot.planning.targets import KINDS, target_of
-from billiard_shot.scene import Robot
+from billiard_shot.scene import Noise, Robot
+from billiard_shot.scene.values import whole
+from billiard_shot.status import Status
 from billiard_shot.table.run import POCKET_NAMES
 
 PICTURE_TRIALS = 400  # noisy executions in a picture
@@ -174,17 +178,23 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Plan and print; 1 if there is no plan. ValueError for an invalid request."""
+    """Plan, write and print; 1: no plan, 130: after Ctrl+C. ValueError for an invalid request."""
     if options.rank < 1:
         raise ValueError(f'--rank must be at least 1, got {options.rank}')
     scene = Scene.load(scene_name(options))
     noise = selected_noise(options, scene)
-    target = target_of(scene, _target(options))  # refused before compiling
+    target = target_of(scene, _target(options))
+    constraints = _constraints(options)
+    limits_of(scene, constraints, noise)
+    for name, least in (('budget', 1), ('seed', 0)):
+        whole(f'--{name}', getattr(options, name), least)
+    # Only now, so that nobody waits for the refusal of a request.
     wait_for_machine_code()
     estimate_without_machine_code(options.budget, scene)
     with (
         working(options.workers, options.dask) as executor,
         reporting('strokes', options.budget) as report,
+        interruptible() as pressed,
     ):
         result = billiard_shot.plan(
             scene,
@@ -192,12 +202,16 @@ def run(options: argparse.Namespace) -> int:
             noise,
             options.budget,
             options.seed,
-            _constraints(options),
+            constraints,
             progress=lambda now: report(now.simulations),
+            cancel=pressed,
             executor=executor,
             time_limit=options.time_limit,
             place=options.place,
         )
+    chosen = result.ranking[options.rank - 1 : options.rank]
+    for each in chosen:
+        _write(each, result.noise, options)
     if options.json:
         print(json.dumps(_as_json(result), allow_nan=False))
     elif options.csv or result.ranking:
@@ -206,27 +220,22 @@ def run(options: argparse.Namespace) -> int:
         print(_work(result))
     if result.best is None:
         print(f'{result.status.name}: {result.message}', file=sys.stderr)
-        return 1
-    _write(result, options)
-    return 0
-
-
-def _write(result: PlanResult, options: argparse.Namespace) -> None:
-    """Write the files of one stroke of the ranking."""
-    files = options.output, options.view, options.picture
-    if not any(files):
-        return
-    if options.rank > len(result.ranking):
+        return FAILED
+    if not chosen and any((options.output, options.view, options.picture)):
         raise ValueError(
             f'--rank must be at most {len(result.ranking)}, the strokes found, got {options.rank}'
         )
-    chosen = result.ranking[options.rank - 1]
+    return INTERRUPTED if result.status is Status.CANCELLED else DONE
+
+
+def _write(chosen: RankedStroke, noise: Noise, options: argparse.Namespace) -> None:
+    """Write the files of a stroke."""
     if options.output:
         save_shot(chosen.shot, options.output)
     if options.view:
         write_page(chosen.shot, options.view, chosen.kind)
     if options.picture:
-        outcomes = sample_outcomes(chosen, result.noise, PICTURE_TRIALS)
+        outcomes = sample_outcomes(chosen, noise, PICTURE_TRIALS)
         draw_plan(chosen, outcomes, options.picture)
 
 

@@ -20,6 +20,8 @@ from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.story import wrapped_fact
 from billiard_shot.table.run import POCKET_NAMES
 
+OFFSETS = ('a', 'b', 'elevation', 'azimuth', 'speed')
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add options for shots and output."""
@@ -48,15 +50,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Predict and print; 1 if a stroke was refused."""
+    """Predict, write the files, and print; 1 if a stroke was refused."""
     if options.aim and options.pocket and options.pot is None:
         options.pot = options.aim[0]
     shots = shots_of(options)
     misses = {name: _why_missed(shot, options) for name, shot in shots.items()}
+    for name, shot in shots.items():
+        _write(name, shot, shots, options)
     if options.json:
         for name, shot in shots.items():
             said = _as_json(name, shot) | ({'miss': misses[name]} if options.pot else {})
-            print(json.dumps(said, allow_nan=False, ensure_ascii=False))
+            print(json.dumps(said, allow_nan=False))
     elif options.csv:
         rows = [_as_row(name, shot) for name, shot in shots.items()]
         print_csv(rows, list(rows[0]))
@@ -72,25 +76,32 @@ def run(options: argparse.Namespace) -> int:
             if len(shots) > 1:
                 print()
     for name, shot in shots.items():
-        if options.output:
-            save_shot(shot, of_each(options.output, name, shots))
-        title = f'{shot.status.name}: {shot.message}'
         if shot.status.refused:
-            print(title_of(name, title, shots), file=sys.stderr)
-            continue
-        if options.picture:
-            draw_shot(shot, of_each(options.picture, name, shots))
-        if options.history:
-            draw_history(trails_of(shot), of_each(options.history, name, shots), title)
-        if options.close_up:
-            draw_strike(shot, of_each(options.close_up, name, shots), title)
+            text = f'{shot.status.name}: {shot.message}'
+            print(title_of(name, text, shots), file=sys.stderr)
     return 1 if any(shot.status.refused for shot in shots.values()) else 0
+
+
+def _write(name: str, shot: Shot, shots: dict[str, Shot], options: argparse.Namespace) -> None:
+    """Write the files of a shot; of a refused one, no pictures."""
+    if options.output:
+        save_shot(shot, of_each(options.output, name, shots))
+    if shot.status.refused:
+        return
+    title = f'{shot.status.name}: {shot.message}'
+    if options.picture:
+        draw_shot(shot, of_each(options.picture, name, shots))
+    if options.history:
+        draw_history(trails_of(shot), of_each(options.history, name, shots), title)
+    if options.close_up:
+        draw_strike(shot, of_each(options.close_up, name, shots), title)
 
 
 def _strike(name: str, shot: Shot) -> dict[str, Any]:
     """Make the part that JSON and CSV share."""
     return {
         'stroke': name,
+        **dict(zip(OFFSETS, shot.stroke.offsets, strict=True)),
         'status': shot.status.name,
         'message': shot.message,
         'velocity': shot.velocity.tolist(),

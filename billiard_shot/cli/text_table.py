@@ -64,7 +64,7 @@ def print_rows(
     """
     if options.json:
         for row in rows:
-            print(json.dumps(_plain(row), allow_nan=False, ensure_ascii=False))
+            print(json.dumps(_plain(row), allow_nan=False))
     elif options.csv:
         # Some columns combine others, and exist only in text.
         keys = [column.key for column in columns]

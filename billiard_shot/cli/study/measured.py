@@ -26,7 +26,7 @@ def run(options: argparse.Namespace) -> int:
     work = comparisons()
     groups = list(progress(mapped(options, compare, work), 'measured', len(work)))
     if options.json:
-        print(json.dumps(_as_json(groups), allow_nan=False, ensure_ascii=False))
+        print(json.dumps(_as_json(groups), allow_nan=False))
         return 0
     if options.csv:
         rows = [row for group in _as_json(groups)['groups'] for row in group['rows']]

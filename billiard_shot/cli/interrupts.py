@@ -1,0 +1,32 @@
+"""Ctrl+C during a search: the search ends, and its best result so far is printed and written."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+import signal
+from types import FrameType
+
+
+@contextmanager
+def interruptible() -> Iterator[Callable[[], bool]]:
+    """
+    Let the first Ctrl+C in the block end a search; the second one ends the program.
+
+    Yields
+    ------
+    callable
+        Whether Ctrl+C was pressed.
+
+    """
+    pressed = False
+
+    def note(number: int, frame: FrameType | None) -> None:
+        nonlocal pressed
+        if pressed:
+            raise KeyboardInterrupt
+        pressed = True
+
+    before = signal.signal(signal.SIGINT, note)
+    try:
+        yield lambda: pressed
+    finally:
+        signal.signal(signal.SIGINT, before)
