@@ -285,6 +285,8 @@ def _print_ranking(result: PlanResult, options: argparse.Namespace) -> None:
         for rank, each in enumerate(result.ranking[1:], 2):
             if each.warning:
                 print(textwrap.fill(f'{rank}, warning: {each.warning}', WIDTH))
+        if len(result.ranking) > 1:
+            print('order: strokes that may be as good as the best one by speed, then the others')
         print(_work(result))
 
 

@@ -200,6 +200,8 @@ def _plan_from(
         for finalist in found.finalists
         if finalist.value > 0.0
     )
+    if value is None:
+        ranking = _gentlest_first(ranking)
     status, message = _outcome(ranking, found, runner, Kind(problem.goal[0]['kind']))
     if status == Status.NO_PLAN and isinstance(wanted, Pot) and not runner.late:
         message = '; '.join(filter(None, [message, why_not_straight(scene, wanted, limits.keep)]))
@@ -212,6 +214,13 @@ def _plan_from(
         spread,
         converged=found.converged,
     )
+
+
+def _gentlest_first(ranking: tuple[RankedStroke, ...]) -> tuple[RankedStroke, ...]:
+    """Put the strokes that may be as good as the first one in the order of their speeds."""
+    as_good = [each for each in ranking if each.interval[1] >= ranking[0].success]
+    as_good.sort(key=lambda each: each.stroke.speed)
+    return (*as_good, *(each for each in ranking if each.interval[1] < ranking[0].success))
 
 
 def checked_problem(scene: Scene, wanted: Target, limits: Limits, spread: Noise) -> Problem:

@@ -134,8 +134,10 @@ class PlanResult:
     message : str
         The same in one line.
     ranking : tuple of RankedStroke
-        First the winner of a race under common errors, in which held-out trials have no part; then
-        the others by the lower end of the interval of their success.
+        A race under common errors has a winner, in which held-out trials have no part. First come
+        the strokes whose interval contains its success or lies above it, the slowest first; then
+        the others by the lower end of their interval. If `plan` has a `value`, the winner is
+        first.
     simulations : int
         Number of simulated strokes.
     wall_time : float
