@@ -58,7 +58,7 @@ def draw_two_balls(path: Path, balls: TwoBalls | None = None) -> None:
     figure.get_layout_engine().set(rect=(0.0, 0.2, 1.0, 0.8))
     _plane(left, balls)
     _curve(left, trace, states)
-    _energies(right, trace, states)
+    _energies(right, balls, trace, states)
     _table(figure, balls, trace, states)
     kinetic = balls.kinetic_energy(normal_impulses(trace)[[0, -1]])
     figure.suptitle(
@@ -166,18 +166,22 @@ def _curve(axes: Any, trace: CollisionTrace, states: list[ImpactState]) -> None:
     axes.set_title('(a) impulses', fontsize='medium', loc='left')
 
 
-def _energies(axes: Any, trace: CollisionTrace, states: list[ImpactState]) -> None:
-    """Draw the energy of each spring over the impulse that it gave; drops are losses."""
-    impulses = normal_impulses(trace)
+def _energies(
+    axes: Any, balls: TwoBalls, trace: CollisionTrace, states: list[ImpactState]
+) -> None:
+    """Draw the energy of each spring over the impulse that it gave; the legend has the losses."""
+    impulses, lost_until = normal_impulses(trace), balls.losses(normal_impulses(trace))
     springs = (PURPLE, 'E₁, ball on ball'), (GREEN, 'E₂, ball on table')
     for j, (colour, name) in enumerate(springs):
-        lost = []
+        lost, counted = [], 0.0
         for part in (s.samples for s in states if trace.active[s.samples, j].all()):
             x, y = impulses[part, j], trace.energies[part, j]
             axes.plot(x, y, color=colour, linewidth=2.0)
             if part.stop == len(trace.time) or not trace.active[part.stop, j]:
                 axes.plot([x[-1], x[-1]], [y[-1], 0.0], color=colour, linewidth=1.0, linestyle=':')
-                lost.append(f'{y[-1]:.3f} J')
+                end = min(part.stop, len(trace.time) - 1)  # the last impulse included
+                lost.append(f'{lost_until[end, j] - counted:.3f} J')
+                counted = lost_until[end, j]
         losses = ' and '.join(lost) or 'nothing'
         axes.plot([], [], color=colour, linewidth=2.0, label=f'{name}: loses {losses}')
     for number, state in enumerate(states, 1):

@@ -11,6 +11,7 @@ import math
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.integrate import cumulative_trapezoid
 
 from billiard_shot.pictures.trace import CollisionTrace, trace_of_collision
 from billiard_shot.records import Array
@@ -76,6 +77,18 @@ class TwoBalls:
         """Kinetic energy (n,) [J] after impulses (n, 2) [N s]."""
         energy: Array = 0.5 * self.velocities(impulses) ** 2 @ np.array(self.masses)
         return energy
+
+    def losses(self, impulses: ArrayLike) -> Array:
+        """
+        Energies (n, 2) [J] that the impacts have taken until each of the impulses (n, 2) [N s].
+
+        Each is the work -∫ u dI of its impact, where u is the velocity at which its bodies part.
+        It includes the elastic energy.
+        """
+        upper, lower = self.velocities(impulses).T
+        parting = np.column_stack([upper - lower, lower])
+        work: Array = cumulative_trapezoid(-parting, impulses, axis=0, initial=0.0)
+        return work
 
     def ellipse(self, count: int = 361) -> Array:
         """

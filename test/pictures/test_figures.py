@@ -1,6 +1,7 @@
 """The data behind the pictures, against the values that the paper and its notes state."""
 
 import math
+import re
 import sys
 
 import numpy as np
@@ -11,6 +12,7 @@ from billiard_shot.cli import main
 from billiard_shot.pictures.collision import collision_figure, draw_collision
 from billiard_shot.pictures.figures import around, combination, english, FIGURES, jump, masse
 from billiard_shot.pictures.histories import history_of
+from billiard_shot.pictures.impulse import draw_two_balls
 from billiard_shot.pictures.paper_shots import paper_shot, turn_to_roll
 from billiard_shot.pictures.strike import grip_of
 from billiard_shot.pictures.trace import trace_of_collision, trace_of_strike
@@ -21,6 +23,7 @@ from billiard_shot.table.run import TableRun
 from billiard_shot.table.trajectory import EventKind
 
 FIG4 = TwoBalls()
+LOST = re.compile(r', (-?[.\d]+) J of [.\d]+ J are lost')
 TRACE = FIG4.trace()
 STATES = FIG4.states(TRACE)
 
@@ -89,6 +92,27 @@ def test_a_watched_collision_is_the_one_that_is_solved(masses, law):
     balls = TwoBalls(masses=masses, law=law, restitution=(0.7, 0.8))
     end = balls.velocities(normal_impulses(balls.trace())[-1:])[0]
     assert end == pytest.approx(balls.outcome(), abs=1e-6)
+
+
+def texts_of(path):
+    """Texts of a picture in SVG, in the order in which they were drawn."""
+    return re.findall(r'<!-- (.*?) -->', path.read_text())
+
+
+@pytest.mark.parametrize('law', ['bistiffness', 'poisson', 'energetic'])
+def test_losses_in_the_legend_add_up_to_the_loss_in_the_title(law, tmp_path):
+    balls = TwoBalls(law=law)
+    path = tmp_path / 'balls.svg'
+    draw_two_balls(path, balls)
+    texts = texts_of(path)
+    kinetic = balls.kinetic_energy(normal_impulses(balls.trace())[[0, -1]])
+    (title,) = (float(each[1]) for text in texts if (each := LOST.search(text)))
+    assert title == pytest.approx(kinetic[0] - kinetic[1], abs=1e-4)
+    legends = [re.findall(r'([-.\d]+) J', text) for text in texts if 'loses' in text]
+    assert len(legends) == 2
+    assert sum(float(each) for losses in legends for each in losses) == pytest.approx(
+        title, abs=2e-3
+    )
 
 
 @pytest.mark.parametrize('shot', [masse(), english()])
