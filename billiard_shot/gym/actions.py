@@ -4,6 +4,7 @@ import math
 from typing import Any
 
 from gymnasium import spaces
+from gymnasium.error import ResetNeeded
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -28,6 +29,27 @@ def scene_of_table(scene: Any) -> Scene:
     if found.table is None or not found.table.pockets:
         raise ValueError('scene must have a table with pockets')
     return found
+
+
+def checked_actions(actions: ArrayLike, count: int, *, is_ready: bool) -> Array:
+    """
+    Return actions as an array (count, 7); ValueError if they have another shape or a NaN.
+
+    Raises
+    ------
+    ResetNeeded
+        If the environment is not ready, because `reset` was not called.
+
+    """
+    if not is_ready:
+        raise ResetNeeded('reset must be called before step')
+    rows = np.asarray(actions, float)
+    if rows.shape != (count, ACTION):
+        shape = (ACTION,) if count == 1 else (count, ACTION)
+        raise ValueError(f'action must have the shape {shape}, got an array of {rows.size}')
+    if not np.isfinite(rows).all():
+        raise ValueError(f'action must be finite, got {rows[~np.isfinite(rows).all(axis=1)][0]}')
+    return rows
 
 
 def strokes_of(scene: Scene, actions: ArrayLike) -> Array:

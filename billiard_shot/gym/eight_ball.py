@@ -1,11 +1,11 @@
 """Eight-ball for learning agents: one rack against an agent of the package."""
 
+from collections.abc import Mapping
 from typing import Any
 
-import gymnasium
 from gymnasium import spaces
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from billiard_shot.game.agent import scene_of, simulated
 from billiard_shot.game.call import Call, NO_CALL
@@ -19,13 +19,16 @@ from billiard_shot.game.state import State
 from billiard_shot.game.tournament import find_agent
 from billiard_shot.gym.actions import (
     action_space,
+    checked_actions,
     Float32Array,
     scaled_places,
     scene_of_table,
     strokes_of,
 )
+from billiard_shot.gym.rendering import DrawnEnv
 from billiard_shot.scene import SceneLike
 from billiard_shot.scene.placement import CUE_BALL
+from billiard_shot.scene.rack import Place
 from billiard_shot.shot.stroke import Stroke
 
 EIGHT_BALL = 'eight_ball'
@@ -33,7 +36,7 @@ RACKED_BALLS = (CUE_BALL, *map(str, range(1, 16)))
 IN_HAND_ROLE = {'': 0.0, 'kitchen': -1.0, 'anywhere': 1.0}
 
 
-class EightBallEnv(gymnasium.Env[Any, Any]):
+class EightBallEnv(DrawnEnv):
     """
     One rack of eight-ball against an agent, by the rules and with the noise of the scene.
 
@@ -56,10 +59,19 @@ class EightBallEnv(gymnasium.Env[Any, Any]):
         Table, noise, limits of the strokes.
     opponent : str
         See `find_agent`.
+    render_mode
+        As of `DrawnEnv`.
 
     """
 
-    def __init__(self, scene: SceneLike = 'seven_foot', opponent: str = 'greedy') -> None:
+    def __init__(
+        self,
+        scene: SceneLike = 'seven_foot',
+        opponent: str = 'greedy',
+        render_mode: str | None = None,
+    ) -> None:
+        super().__init__(render_mode)
+        self._is_ready = False
         self.scene = scene_of_table(scene)
         self._make_opponent = find_agent(opponent)
         high = np.ones((len(RACKED_BALLS), 4), np.float32)
@@ -76,15 +88,23 @@ class EightBallEnv(gymnasium.Env[Any, Any]):
         rack, player, breaker = self.np_random.integers(2**31, size=3).tolist()
         self._opponent = self._make_opponent(self.scene, player)
         self._state = start(EIGHT_BALL, self.scene, rack, breaker % 2)
-        return self._seen(), {'text': self._opponent_plays()}
+        self._is_ready = True
+        text = self._opponent_plays()
+        self.show()
+        return self._seen(), {'text': text}
 
-    def step(self, action: Float32Array) -> tuple[Float32Array, float, bool, bool, dict[str, Any]]:
+    def step(self, action: ArrayLike) -> tuple[Float32Array, float, bool, bool, dict[str, Any]]:
         """Play a stroke, and then the opponent's turn."""
-        text = [self._play(np.asarray(action, float)[np.newaxis])]
-        text += self._opponent_plays()
+        rows = checked_actions(np.asarray(action)[np.newaxis], 1, is_ready=self._is_ready)
+        text = [self._play(rows), *self._opponent_plays()]
+        self.show()
         state = self._state
         reward = float((state.winner == 0) - (state.winner == 1))
         return self._seen(), reward, state.over, state.shots >= MAX_SHOTS, {'text': text}
+
+    def places(self) -> Mapping[str, Place]:
+        """Places of the balls that are on the table, by name [m]."""
+        return self._state.balls if self._is_ready else {}
 
     def _play(self, action: NDArray[np.float64]) -> str:
         """Play the stroke of player 0; return the ruling."""

@@ -2,24 +2,32 @@
 
 from typing import Any
 
-import gymnasium
 from gymnasium import spaces
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from billiard_shot.game.game import start
 from billiard_shot.gym.actions import (
     action_space,
+    checked_actions,
     Float32Array,
     scaled_places,
     scene_of_table,
     strokes_of,
 )
+from billiard_shot.gym.rendering import (
+    DRAWN,
+    DrawnEnv,
+    picture_of,
+    render_mode_of,
+    RENDER_MODES,
+)
 from billiard_shot.planning.strikes import motions_after
 from billiard_shot.scene import SceneLike
 from billiard_shot.scene.player import with_errors
+from billiard_shot.scene.rack import Place
 from billiard_shot.scene.values import whole
 from billiard_shot.shot.effects import model_of
 from billiard_shot.status import Status
@@ -28,6 +36,12 @@ from billiard_shot.table.simulate import simulate_batch
 from billiard_shot.table.table_states import TableStates
 
 Flags = NDArray[np.bool_]
+
+MANY_TABLES = DRAWN | {
+    'autoreset_mode': AutoresetMode.SAME_STEP,
+    'render_modes': RENDER_MODES[:1],
+}
+"""Metadata of the environment of many tables."""
 
 
 class PracticeVectorEnv(VectorEnv[Any, Any, Any]):
@@ -54,11 +68,22 @@ class PracticeVectorEnv(VectorEnv[Any, Any, Any]):
         Table, noise, limits of the strokes.
     balls : int
         Balls on each table, 1 to 15.
+    render_mode : str, optional
+        `rgb_array`: `render` gives a picture of each table.
 
     """
 
-    def __init__(self, num_envs: int = 1, scene: SceneLike = 'pool_table', balls: int = 3) -> None:
-        self.metadata = {'autoreset_mode': AutoresetMode.SAME_STEP}
+    metadata: dict[str, Any] = MANY_TABLES
+
+    def __init__(
+        self,
+        num_envs: int = 1,
+        scene: SceneLike = 'pool_table',
+        balls: int = 3,
+        render_mode: str | None = None,
+    ) -> None:
+        self.render_mode = render_mode_of(render_mode, RENDER_MODES[:1])
+        self._is_ready = False
         self.num_envs, self.scene = whole('num_envs', num_envs, 1), scene_of_table(scene)
         self._balls = len(start('practice', self.scene, balls=balls).object_balls)
         high = np.ones((1 + self._balls, 3), np.float32)
@@ -78,12 +103,14 @@ class PracticeVectorEnv(VectorEnv[Any, Any, Any]):
         """Set up all tables; `options` do not count."""
         super().reset(seed=seed)
         self._set_up(np.ones(self.num_envs, np.bool_))
+        self._is_ready = True
         return self._seen(), {}
 
     def step(
-        self, actions: Float32Array
+        self, actions: ArrayLike
     ) -> tuple[Float32Array, Float32Array, Flags, Flags, dict[str, Any]]:
         """Play a stroke on every table."""
+        actions = checked_actions(actions, self.num_envs, is_ready=self._is_ready)
         scene, tables, cue = self.scene, self._tables, 0
         in_hand = ~tables.present[:, cue]
         assert scene.table is not None
@@ -115,6 +142,26 @@ class PracticeVectorEnv(VectorEnv[Any, Any, Any]):
             self._set_up(ended)
         return self._seen(), reward, ended, np.zeros(self.num_envs, np.bool_), infos
 
+    def render(self) -> tuple[NDArray[np.uint8], ...] | None:
+        """Draw all tables, if the render mode asks for it: (height, width, 3) arrays."""
+        if self.render_mode is None:
+            return None
+        return tuple(
+            picture_of(self.scene, self.places(table), f'table {table}')
+            for table in range(self.num_envs)
+        )
+
+    def places(self, table: int) -> dict[str, Place]:
+        """Places of the balls that are on a table, by name [m]."""
+        tables = self._tables
+        return {
+            name: (float(x), float(y))
+            for name, (x, y, _), there in zip(
+                tables.names, tables.position[table], tables.present[table], strict=True
+            )
+            if there
+        }
+
     def _set_up(self, which: Flags) -> None:
         """Place the balls of some tables at random, with the cue ball in hand."""
         tables = self._tables
@@ -137,7 +184,7 @@ class PracticeVectorEnv(VectorEnv[Any, Any, Any]):
         return np.clip(seen, self._space.low, self._space.high)
 
 
-class PracticeEnv(gymnasium.Env[Any, Any]):
+class PracticeEnv(DrawnEnv):
     """
     Practice on one table: see `PracticeVectorEnv`.
 
@@ -145,10 +192,18 @@ class PracticeEnv(gymnasium.Env[Any, Any]):
     ----------
     scene, balls
         As of `PracticeVectorEnv`.
+    render_mode
+        As of `DrawnEnv`.
 
     """
 
-    def __init__(self, scene: SceneLike = 'pool_table', balls: int = 3) -> None:
+    def __init__(
+        self,
+        scene: SceneLike = 'pool_table',
+        balls: int = 3,
+        render_mode: str | None = None,
+    ) -> None:
+        super().__init__(render_mode)
         self._tables = PracticeVectorEnv(1, scene, balls)
         self.scene = self._tables.scene
         self.observation_space = self._tables.single_observation_space
@@ -160,12 +215,18 @@ class PracticeEnv(gymnasium.Env[Any, Any]):
         """Set up the table."""
         super().reset(seed=seed)
         seen, _ = self._tables.reset(seed=int(self.np_random.integers(2**31)))
+        self.show()
         return seen[0], {}
 
-    def step(self, action: Float32Array) -> tuple[Float32Array, float, bool, bool, dict[str, Any]]:
+    def step(self, action: ArrayLike) -> tuple[Float32Array, float, bool, bool, dict[str, Any]]:
         """Play a stroke."""
         seen, reward, ended, _, infos = self._tables.step(np.asarray(action)[np.newaxis])
+        self.show()
         if ended[0]:
             last = infos['final_obs'][0]
             return last, float(reward[0]), True, False, {'cleared': bool(infos['cleared'][0])}
         return seen[0], float(reward[0]), False, False, {}
+
+    def places(self) -> dict[str, Place]:
+        """Places of the balls that are on the table, by name [m]."""
+        return self._tables.places(0)

@@ -1,14 +1,19 @@
-"""An agent that plays the best direct shots, on all tables at once."""
+"""An agent plays the best direct shots, on all tables at once, and records a video of it."""
 
 import gymnasium
 import numpy as np
+from PIL import Image
 
 from billiard_shot import shots, TableStates
 from billiard_shot.gym import action_of
 
 PLACES = 100  # of the cue ball in hand, at random
 env = gymnasium.make_vec(
-    'BilliardShot/Practice-v0', 8, vectorization_mode='vector_entry_point', balls=3
+    'BilliardShot/Practice-v0',
+    8,
+    vectorization_mode='vector_entry_point',
+    render_mode='rgb_array',
+    balls=3,
 )
 scene, draw = env.unwrapped.scene, np.random.default_rng(1)
 half = np.array([scene.table.length, scene.table.width]) / 2 - scene.ball.radius
@@ -37,8 +42,12 @@ def act(seen):
 
 seen, _ = env.reset(seed=1)
 cleared = episodes = 0
-for _ in range(20):
+video = []
+for number in range(20):
+    if number < 5:
+        video.append(Image.fromarray(env.render()[0]))  # of the first table
     seen, reward, ended, _, infos = env.step(act(seen))
     episodes += ended.sum()
     cleared += infos['cleared'].sum() if ended.any() else 0
 print(f'{cleared} of {episodes} tables of 3 balls cleared')
+video[0].save('practice.gif', save_all=True, append_images=video[1:], duration=1000, loop=0)

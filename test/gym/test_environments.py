@@ -138,3 +138,58 @@ def test_scenes_without_pockets_and_unknown_opponents_are_refused():
         PracticeVectorEnv(1, balls=16)
     with pytest.raises(ValueError, match='player'):
         EightBallEnv(opponent='best')
+
+
+def drawn(name, **options):
+    return gymnasium.make(f'BilliardShot/{name}-v0', scene='seven_foot', **options)
+
+
+@pytest.mark.parametrize('name', ['Practice', 'EightBall'])
+def test_an_environment_draws_its_table(name):
+    env = drawn(name, render_mode='rgb_array')
+    env.reset(seed=1)
+    before = env.render()
+    env.step(env.action_space.sample())
+    after = env.render()
+    assert before.shape == after.shape
+    assert before.shape[2] == 3
+    assert before.dtype == np.uint8
+    assert (before != after).any(), 'the picture does not change with the balls'
+    assert drawn(name).unwrapped.render() is None
+
+
+@pytest.mark.parametrize('name', ['Practice', 'EightBall'])
+def test_a_window_shows_each_step(name, monkeypatch):
+    pyplot = pytest.importorskip('matplotlib.pyplot', reason='needs matplotlib')
+    pyplot.switch_backend('agg')
+    env = drawn(name, render_mode='human')
+    env.reset(seed=1)
+    (number,) = pyplot.get_fignums()
+    (shown,) = pyplot.figure(number).axes[0].images
+    before = shown.get_array().copy()
+    env.step(env.action_space.sample())
+    assert (before != shown.get_array()).any()
+    env.close()
+    assert not pyplot.get_fignums()
+
+
+def test_many_tables_draw_a_picture_each():
+    env = PracticeVectorEnv(3, TABLE, render_mode='rgb_array')
+    env.reset(seed=1)
+    pictures = env.render()
+    assert len({picture.tobytes() for picture in pictures}) == 3
+    with pytest.raises(ValueError, match="render_mode must be one of rgb_array, got 'human'"):
+        PracticeVectorEnv(3, TABLE, render_mode='human')
+
+
+@pytest.mark.parametrize('make', [PracticeEnv, EightBallEnv])
+def test_wrong_actions_are_refused_by_name(make):
+    env = make(TABLE)
+    with pytest.raises(gymnasium.error.ResetNeeded, match='reset must be called before step'):
+        env.step(np.zeros(7))
+    env.reset(seed=1)
+    for wrong in (np.zeros(3), np.zeros(8), np.zeros((2, 7))):
+        with pytest.raises(ValueError, match=r'action must have the shape \(7,\)'):
+            env.step(wrong)
+    with pytest.raises(ValueError, match='action must be finite, got'):
+        env.step(np.full(7, np.nan))
