@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 import billiard_shot
-from billiard_shot import predict, Scene, Stroke
+from billiard_shot import lowest_elevation, predict, Scene, Stroke
 from billiard_shot.cli import COMMANDS, main, make_parser, STUDIES
 from billiard_shot.cli.exit_codes import DONE, EXIT_CODES, FAILED, INTERRUPTED
 from billiard_shot.cli.predict import OFFSETS
@@ -43,6 +43,18 @@ def test_table(capsys):
     assert said.startswith('OK: at rest after ')
     assert 'a +0.20, b +0.00 radii; elevation 10.0°' in stroke
     assert facts[-1].startswith('  numerical error at most')
+
+
+def test_the_cue_is_raised_as_far_as_it_needs_unless_the_elevation_is_stated(capsys):
+    assert main('predict pool_table --speed 2 --json'.split()) == DONE
+    out, err = capsys.readouterr()
+    lowest = lowest_elevation('pool_table', [(0.0, 0.0, 0.0, 0.0, 2.0)])[0]
+    assert json.loads(out)['elevation'] == pytest.approx(lowest)
+    assert err.startswith(f'elevation {np.degrees(lowest):.4g}°: the lowest at which the cue has')
+    assert main('predict pool_table --speed 2 --elevation-deg 0'.split()) == FAILED
+    assert capsys.readouterr().err.startswith('CUE_THROUGH_CUSHION')
+    assert main('predict pool --speed 2'.split()) == DONE  # an endless cloth
+    assert capsys.readouterr().err == ''
 
 
 def test_vectors_on_the_command_line(capsys):

@@ -2,9 +2,11 @@
 
 import argparse
 from functools import partial
+import math
 from pathlib import Path
+import sys
 
-from billiard_shot import load_shot, predict, Scene, Shot
+from billiard_shot import load_shot, lowest_elevation, predict, Scene, Shot, Stroke
 from billiard_shot.cli.workers import add_work_arguments, mapped
 from billiard_shot.scene.bundled import scene_names
 from billiard_shot.scene.yaml_file import read_yaml
@@ -90,9 +92,25 @@ def shots_of(options: argparse.Namespace) -> dict[str, Shot]:
     scene = Scene.load(scene_name(options))
     tolerance = DEFAULT_SHOT_TOLERANCE if options.tolerance is None else options.tolerance
     strokes = strokes_from_options(options, scene)
+    if not (options.strokes or options.normal or options.aim) and options.elevation_deg is None:
+        strokes = {name: _with_clearance(scene, stroke) for name, stroke in strokes.items()}
     work = partial(predict, scene, tolerance=tolerance)
     shots = mapped(options, work, list(strokes.values()))
     return dict(zip(strokes, shots, strict=True))
+
+
+def _with_clearance(scene: Scene, stroke: Stroke) -> Stroke:
+    """Raise a level cue as far as it needs, and say so on stderr."""
+    a, b, _, azimuth, speed = stroke.offsets
+    elevation = float(lowest_elevation(scene, [stroke.offsets])[0])
+    if not 0.0 < elevation < math.inf:
+        return stroke
+    print(
+        f'elevation {math.degrees(elevation):.4g}°: the lowest at which the cue has clearance; '
+        'another one: --elevation-deg',
+        file=sys.stderr,
+    )
+    return Stroke.from_offsets(a, b, elevation, azimuth, speed)
 
 
 def of_each(path: Path, name: str, shots: dict[str, Shot]) -> Path:

@@ -30,7 +30,11 @@ def add_stroke_arguments(parser: argparse.ArgumentParser) -> None:
     for name, text in (
         ('a', 'offset to the right, in ball radii (default: 0)'),
         ('b', 'offset upwards, in ball radii (default: 0)'),
-        ('elevation-deg', 'downward angle of the stroke (default: 0)'),
+        (
+            'elevation-deg',
+            'downward angle of the stroke (default: 0; of predict and view: lowest '
+            'with clearance)',
+        ),
         ('azimuth-deg', 'direction, counter-clockwise from +x (default: 0)'),
         ('speed', 'speed of the cue (m/s)'),
     ):
