@@ -46,14 +46,14 @@ def test_table(capsys):
 
 
 def test_the_cue_is_raised_as_far_as_it_needs_unless_the_elevation_is_stated(capsys):
-    assert main('predict pool_table --speed 2 --json'.split()) == DONE
+    assert main(['predict', 'pool_table', '--speed', '2', '--json']) == DONE
     out, err = capsys.readouterr()
     lowest = lowest_elevation('pool_table', [(0.0, 0.0, 0.0, 0.0, 2.0)])[0]
     assert json.loads(out)['elevation'] == pytest.approx(lowest)
     assert err.startswith(f'elevation {np.degrees(lowest):.4g}°: the lowest at which the cue has')
-    assert main('predict pool_table --speed 2 --elevation-deg 0'.split()) == FAILED
+    assert main(['predict', 'pool_table', '--speed', '2', '--elevation-deg', '0']) == FAILED
     assert capsys.readouterr().err.startswith('CUE_THROUGH_CUSHION')
-    assert main('predict pool --speed 2'.split()) == DONE  # an endless cloth
+    assert main(['predict', 'pool', '--speed', '2']) == DONE  # an endless cloth
     assert capsys.readouterr().err == ''
 
 
