@@ -373,6 +373,26 @@ def test_every_command_is_in_the_help(capsys):
     assert all(f'{code}: ' in text for code in EXIT_CODES)
 
 
+@pytest.mark.parametrize(
+    ('content', 'words', 'text'),
+    [
+        (b'hello', 'tournament practice -o FILE', "line 1 must be the record of a rack, got 'he"),
+        (b'{"a": 1}', 'tournament practice -o FILE', 'line 1 must be the record of a rack, got'),
+        (b'# M\xfcller', 'predict FILE -s 1', 'must be a text in UTF-8, got byte 0xfc at'),
+        (None, 'predict FILE.json', 'FILE.json: No such file or directory'),
+    ],
+)
+def test_a_file_that_cannot_be_read_is_named_once(content, words, text, tmp_path, capsys):
+    file = tmp_path / 'file.yaml'
+    if content is not None:
+        file.write_bytes(content)
+    assert main(words.replace('FILE', str(file)).split()) == 2
+    said = capsys.readouterr().err
+    assert text.replace('FILE', str(file)) in said
+    assert said.count(str(file)) == 1
+    assert 'Errno' not in said
+
+
 @pytest.mark.skipif(not Path('/dev/full').exists(), reason='needs /dev/full')
 def test_a_full_disk_is_an_error_without_traceback():
     with open('/dev/full', 'w') as full:

@@ -19,6 +19,7 @@ from billiard_shot.game.tournament import (
     summary,
 )
 from billiard_shot.planning.statistics import interval_in_words
+from billiard_shot.scene.errors import must_be
 from billiard_shot.scene.values import whole
 
 RACKS, QUICK = 100, 10
@@ -91,8 +92,12 @@ def _known(path: Path | None, pairing: Pairing, count: int) -> dict[int, RackRec
     if path is None or not path.exists():
         return {}
     found = {}
-    for line in path.read_text(encoding='utf-8').splitlines():
-        rack = RackRecord.from_dict(json.loads(line))
+    for number, line in enumerate(path.read_text(encoding='utf-8').splitlines(), 1):
+        try:
+            rack = RackRecord.from_dict(json.loads(line))
+        except (KeyError, TypeError, ValueError):
+            text = must_be('the record of a rack', line)
+            raise ValueError(f'--output: {path}: line {number} {text}') from None
         theirs, ours = ((each.game, tuple(each.players), each.seed) for each in (rack, pairing))
         if theirs != ours:
             raise ValueError(
@@ -114,6 +119,6 @@ def _as_text(result: dict[str, Any]) -> str:
             f'  break and run: {each["break_and_run"]} of {each["broken"]} breaks '
             f'({interval_in_words(each["break_and_run_interval"])})',
             f'  {each["shots"]} shots; visits ended by: {ends}',
-            f'  a decision took, median, 95 %, longest: {cpu} s of CPU time, {wall} s',
+            f'  CPU time of a decision, median, 95 %, longest: {cpu} s; by the clock: {wall} s',
         ]
     return '\n'.join(lines)

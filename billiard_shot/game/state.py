@@ -12,7 +12,7 @@ from typing import Any, ClassVar, Self
 
 from billiard_shot.numerics import rounding
 from billiard_shot.scene.checks import check, read, write
-from billiard_shot.scene.errors import InputError, Mistake, refused
+from billiard_shot.scene.errors import InputError, Mistake, reason, refused
 from billiard_shot.scene.fields import boolean, choice, name, number, places, TAKES, whole_number
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.scene.values import as_float, whole
@@ -237,4 +237,4 @@ class State:
         except InputError as error:
             raise InputError(error.mistakes, f'state {path}') from None
         except (OSError, ValueError) as error:
-            raise ValueError(f'state {path}: {error}') from None
+            raise ValueError(f'state {path}: {reason(error)}') from None

@@ -4,6 +4,8 @@ import math
 from pathlib import Path
 from typing import Any
 
+from billiard_shot.scene.errors import reason
+
 IN_A_ROW = 7  # entries of a legend
 
 
@@ -52,4 +54,4 @@ def save(figure: Any, path: Path) -> None:
     try:
         figure.savefig(path, dpi=120)
     except (OSError, ValueError) as error:
-        raise ValueError(f'picture: {path}: {error}') from error
+        raise ValueError(f'picture: {path}: {reason(error)}') from error

@@ -10,6 +10,7 @@ from billiard_shot.pictures.table import draw_balls, draw_table, draw_trails
 from billiard_shot.pictures.trails import trails_of
 from billiard_shot.pictures.view import page_of
 from billiard_shot.scene import Scene
+from billiard_shot.scene.errors import reason
 from billiard_shot.table.outline import outline_of
 
 RACK_PANELS_PER_ROW = 4  # panels side by side
@@ -56,7 +57,7 @@ def write_rack(record: RackRecord, scene: Scene, folder: Path) -> Path:
             encoding='utf-8',
         )
     except OSError as error:
-        raise ValueError(f'{folder}: {error}') from None
+        raise ValueError(f'{folder}: {reason(error)}') from None
     return page
 
 

@@ -21,6 +21,7 @@ from billiard_shot.pictures.table import (
     table_axes,
 )
 from billiard_shot.pictures.trails import OFF_CLOTH, Trails, trails_of
+from billiard_shot.scene.errors import reason
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.shot import Shot
 from billiard_shot.table.colours import BLACK
@@ -76,7 +77,7 @@ def write_video(
     try:
         WRITERS[path.suffix](path, times, draw)
     except OSError as error:
-        raise ValueError(f'{path}: {error}') from None
+        raise ValueError(f'{path}: {reason(error)}') from None
 
 
 def _write_gif(path: Path, times: NDArray[np.float64], draw: Draw) -> None:

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from billiard_shot.pictures.cue_motion import cue_motion
 from billiard_shot.pictures.orientations import orientations, product, rotation
 from billiard_shot.pictures.trails import Trails, trails_of
+from billiard_shot.scene.errors import reason
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.shot import Shot
 from billiard_shot.table.colours import ball_colour, BLACK, is_striped, ORANGE, PURPLE, SKY
@@ -74,7 +75,7 @@ def write_page(shot: Shot, path: Path, title: str = 'shot') -> None:
     try:
         path.write_text(page_of(shot, title), encoding='utf-8')
     except OSError as error:
-        raise ValueError(f'{path}: {error}') from None
+        raise ValueError(f'{path}: {reason(error)}') from None
 
 
 def open_page(shot: Shot) -> Path:

@@ -110,6 +110,11 @@ def found_in(error: ValueError, *keys: str) -> Iterator[Mistake]:
         yield Mistake(keys, f': {error}' if keys else str(error))
 
 
+def reason(error: Exception) -> str:
+    """Say what an error says, without the number and the file that an OSError repeats."""
+    return str(getattr(error, 'strerror', None) or error)
+
+
 def _text(mistake: Mistake) -> str:
     place = f'line {mistake.line}: ' if mistake.line else ''
     if not mistake.path:

@@ -10,7 +10,7 @@ from typing import Any, IO, NamedTuple
 
 import yaml
 
-from billiard_shot.scene.errors import InputError, Lines, Mistake, TWICE
+from billiard_shot.scene.errors import InputError, Lines, Mistake, reason, TWICE
 from billiard_shot.scene.errors import Path as Keys
 
 MERGE = 'tag:yaml.org,2002:merge'  # <<, which copies the keys of another mapping
@@ -106,7 +106,12 @@ def read_document(path: Path) -> Document:
             finally:
                 loader.dispose()
     except OSError as error:
-        raise ValueError(f'{path}: {error.strerror or error}') from error
+        raise ValueError(f'{path}: {reason(error)}') from error
+    except UnicodeDecodeError as error:
+        raise ValueError(
+            f'{path}: must be a text in UTF-8, got byte {error.object[error.start]:#04x} at '
+            f'position {error.start}; save it with the encoding UTF-8'
+        ) from error
     except yaml.MarkedYAMLError as error:
         mark, parts = error.problem_mark or error.context_mark, (error.context, error.problem)
         place = f'line {mark.line + 1}, column {mark.column + 1}: ' if mark else ''

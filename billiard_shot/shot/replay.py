@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from billiard_shot.impact.state import PhaseLog
 from billiard_shot.scene import Scene
+from billiard_shot.scene.errors import reason
 from billiard_shot.scene.values import check_type
 from billiard_shot.shot.shot import Shot
 from billiard_shot.shot.stroke import Stroke
@@ -97,7 +98,7 @@ def save_shot(shot: Shot, path: str | Path) -> None:
     try:
         Path(path).write_text(text, encoding='utf-8')
     except (OSError, TypeError) as error:
-        raise ValueError(f'{path}: {error}') from None
+        raise ValueError(f'{path}: {reason(error)}') from None
 
 
 def load_shot(path: str | Path) -> Shot:
@@ -105,7 +106,7 @@ def load_shot(path: str | Path) -> Shot:
     try:
         return from_json(Path(path).read_text(encoding='utf-8'))
     except (OSError, TypeError, ValueError) as error:
-        raise ValueError(f'{path}: {error}') from None
+        raise ValueError(f'{path}: {reason(error)}') from None
 
 
 def _record(shot: Shot) -> dict[str, Any]:

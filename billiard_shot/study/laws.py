@@ -94,10 +94,10 @@ def sweeps(scene: Scene, stroke: Stroke, count: int = 201) -> Iterator[Parameter
             scene, contacts=replace(scene.contacts, cue_ball=tip, ball_table=table)
         ), stroke
 
-    def varied(index: int) -> Callable[[float], tuple[Scene, Stroke]]:
+    def varied(index: int, unit: float = 1.0) -> Callable[[float], tuple[Scene, Stroke]]:
         def at(value: float) -> tuple[Scene, Stroke]:
             offsets = [a, b, elevation, azimuth, speed]
-            offsets[index] = value
+            offsets[index] = unit * value
             return scene, Stroke.from_offsets(*offsets)
 
         return at
@@ -106,7 +106,8 @@ def sweeps(scene: Scene, stroke: Stroke, count: int = 201) -> Iterator[Parameter
     yield ParameterSweep('stiffness ratio', np.geomspace(0.1, 10.0, count), with_ratio)
     yield ParameterSweep('offset a (radii)', np.linspace(-limits[0], limits[0], count), varied(0))
     yield ParameterSweep('offset b (radii)', np.linspace(-limits[1], limits[1], count), varied(1))
-    yield ParameterSweep('elevation (rad)', np.linspace(0.0, 1.5, count), varied(2))
+    degree = math.radians(1.0)
+    yield ParameterSweep('elevation (degrees)', np.linspace(0.0, 86.0, count), varied(2, degree))
     yield ParameterSweep('speed (m/s)', np.geomspace(0.05, 10.0, count), varied(4))
 
 

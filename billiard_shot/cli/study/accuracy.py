@@ -10,6 +10,7 @@ from billiard_shot.cli.progress import progress, wait_for_machine_code
 from billiard_shot.cli.shots import add_scene_argument, scene_name
 from billiard_shot.cli.text_table import add_format_arguments, Column, print_rows, wants_text
 from billiard_shot.cli.workers import add_work_arguments, mapped
+from billiard_shot.scene.errors import reason
 from billiard_shot.shot.stroke_options import (
     add_stroke_arguments,
     strokes_from_options,
@@ -112,4 +113,4 @@ def _write(path: Path, rows: list[dict[str, object]]) -> None:
             writer.writeheader()
             writer.writerows(rows)
     except OSError as error:
-        raise ValueError(f'--output: {error}') from None
+        raise ValueError(f'--output: {reason(error)}') from None

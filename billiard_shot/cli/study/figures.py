@@ -5,7 +5,7 @@ from pathlib import Path
 import sys
 
 from billiard_shot.cli.progress import progress, wait_for_machine_code
-from billiard_shot.scene.errors import must_be_one_of
+from billiard_shot.scene.errors import must_be_one_of, reason
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -38,7 +38,7 @@ def run(options: argparse.Namespace) -> int:
     try:
         options.folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise ValueError(f'--output: {error}') from None
+        raise ValueError(f'--output: {reason(error)}') from None
     if not wait_for_machine_code():
         print('without numba, all figures take about ten minutes', file=sys.stderr, flush=True)
     for name in progress(options.names or list(FIGURES), 'figures'):

@@ -17,7 +17,7 @@ from billiard_shot.planning.atlas.maps import Atlas
 from billiard_shot.planning.atlas.request import AtlasRequest, with_defaults
 from billiard_shot.scene import Scene
 from billiard_shot.scene.checks import read, write
-from billiard_shot.scene.errors import InputError
+from billiard_shot.scene.errors import InputError, reason
 from billiard_shot.status import Status
 
 ATLAS_FORMAT = 1
@@ -49,7 +49,7 @@ def start_file(path: Path, scene: Scene, request: AtlasRequest) -> list[LayoutRe
         with path.open('r+b') as file:
             file.truncate(whole)
     except OSError as error:
-        raise ValueError(f'{path}: {error}') from error
+        raise ValueError(f'{path}: {reason(error)}') from error
     return _results(path, lines)
 
 
@@ -59,7 +59,7 @@ def append(path: Path, result: LayoutResult) -> None:
         with path.open('a', encoding='utf-8') as file:
             file.write(_line(_as_json(result)))
     except OSError as error:
-        raise ValueError(f'{path}: {error}') from error
+        raise ValueError(f'{path}: {reason(error)}') from error
 
 
 def load_atlas(path: str | Path) -> Atlas:
@@ -76,7 +76,7 @@ def load_atlas(path: str | Path) -> Atlas:
     try:
         lines, _ = _lines(path)
     except OSError as error:
-        raise ValueError(f'{path}: {error}') from error
+        raise ValueError(f'{path}: {reason(error)}') from error
     head = _head_of(path, lines)
     asked = {key: value for key, value in head.items() if key not in ('atlas', 'scene')}
     try:
