@@ -82,9 +82,9 @@ def run(options: argparse.Namespace) -> int:
 
 COLUMNS_MEAN = (
     'Each row compares the shot with and without the effect. cost: time that the effect adds to '
-    'the prediction; if it is negative, it is below the scatter of the times; steps: steps of the solver, motions and contacts that it adds; shift: '
-    'distance between the resting places of the ball that moves most; turn: change of the cue '
-    "ball's direction."
+    'the prediction; if it is negative, it is below the scatter of the times; steps: steps of the '
+    'solver, motions and contacts that it adds; shift: distance between the resting places of the '
+    "ball that moves most; turn: change of the cue ball's direction."
 )
 OF_MANY = 'Values are medians of the strokes that call for the effect; largest: of all strokes.'
 
