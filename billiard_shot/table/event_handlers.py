@@ -38,6 +38,7 @@ from billiard_shot.table.motion import (
     POCKET,
     POCKETED,
     RELEASE,
+    REST,
     START,
     stop_ball,
     WENT_OFF,
@@ -154,6 +155,17 @@ def start_next_segment(table: TableModel, s: Simulation, ball: BallRecord, cause
 
 
 @inner
+def come_to_rest(s: Simulation, ball: BallRecord) -> None:
+    """Let a ball rest that has used up its motion: it stays there, so nothing is looked for."""
+    ball.cause, ball.impact = OWN, NOTHING
+    stop_ball(ball, REST)
+    ball.boundary_time, ball.boundary_feature = math.inf, NOTHING
+    if ball.ball == 0:
+        predict_cue(s, ball)
+    log_segment(s, ball)
+
+
+@inner
 def handle_segment_end(table: TableModel, s: Simulation, ball: BallRecord) -> None:
     """Let a ball's segment end by itself."""
     motion, cause = ball.motion, OWN
@@ -172,7 +184,10 @@ def handle_segment_end(table: TableModel, s: Simulation, ball: BallRecord) -> No
     else:
         end_segment(table.params, ball)
     after = energy_of(table.params, ball)
-    start_next_segment(table, s, ball, cause)
+    if after == 0.0 and cause == OWN:
+        come_to_rest(s, ball)
+    else:
+        start_next_segment(table, s, ball, cause)
     log_event(s, ball.time, cause, ball, NOTHING, before, after=after, motion=motion)
 
 

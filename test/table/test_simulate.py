@@ -8,7 +8,7 @@ import threading
 
 import numpy as np
 import pytest
-from tables import ENDLESS, play, POOL, R, random_states, state
+from tables import ENDLESS, play, POOL, R, random_states, rolling, state
 
 from billiard_shot import machine_code
 from billiard_shot.compiled import Entry
@@ -410,3 +410,17 @@ def test_a_ball_may_begin_above_a_nose_or_while_it_presses_one():
     pressing = run.at(met + 1e-3)['cue']
     assert pressing.position[0] > 1.2425
     assert simulate('pool_table', {'cue': pressing}).status == Status.OK
+
+
+@pytest.mark.parametrize(('spin', 'then'), [(1.0, Motion.REST), (30.0, Motion.SLIDE)])
+def test_a_ball_that_spins_in_place_is_met_like_one_that_rests(spin, then):
+    """Whether its spin ends before that, or later."""
+    runs = [
+        play(ENDLESS, a=state(0, 0, spin=(0, 0, each)), b=rolling(-0.3, 0, 0.5, 0))
+        for each in (0.0, spin)
+    ]
+    met = [next(e.time for e in run.events if e.kind == EventKind.BALL) for run in runs]
+    assert met[1] == pytest.approx(met[0], rel=1e-12)
+    first, second = runs[1].balls['a'].segments[:2]
+    assert (first.motion, second.motion) == (Motion.SPIN, then)
+    assert second.start == min(spin / ENDLESS.cloth.spin_deceleration, met[1])
