@@ -273,12 +273,11 @@ def _pool_cushions(scene: Scene) -> Group:
 
 
 def _corner_five(scene: Scene) -> Group:
-    side = shots.corner_five_side(scene, *published.CORNER_FIVE_CHOSEN)
-    origin, first = published.CORNER_FIVE_CHOSEN
+    side, thirds = shots.corner_five(scene, published.CORNER_FIVE)
     return Group(
         f'Corner-five system, {shots.CORNER_FIVE_SPEED:g} m/s: place at the third cushion. The '
-        f"side spin, {side:.2f} of a rolling ball's spin, is chosen for {origin:g} to {first:g}. "
-        'Scene pool_table.',
+        f"side spin, {side:.2f} of a rolling ball's spin, is chosen so that the largest deviation "
+        'is smallest. Scene pool_table.',
         ('corner five', 'equipment'),
         tuple(
             Comparison(
@@ -286,11 +285,11 @@ def _corner_five(scene: Scene) -> Group:
                 f'from {origin:g} to {first:g}',
                 'diamonds',
                 origin - first,
-                shots.third_cushion(scene, origin, first, side),
+                third,
                 None,
                 digits=2,
             )
-            for origin, first in published.CORNER_FIVE
+            for (origin, first), third in zip(published.CORNER_FIVE, thirds.tolist(), strict=True)
         ),
     )
 

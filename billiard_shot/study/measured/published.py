@@ -105,8 +105,16 @@ POWER_SHOT = 4.4704  # m/s, 10 mph
 LEAST_ROLLING = 0.005
 
 # Corner-five system for three cushions: place at the third one = origin - place at the first one.
-CORNER_FIVE_CHOSEN = 5.0, 2.0  # origin and place at the first cushion
-CORNER_FIVE = ((5.0, 2.5), (5.0, 3.0), (4.5, 1.5), (4.5, 2.5), (4.0, 1.0), (4.0, 2.0), (3.0, 1.0))
+CORNER_FIVE = (  # origin and place at the first cushion
+    (5.0, 2.0),
+    (5.0, 2.5),
+    (5.0, 3.0),
+    (4.5, 1.5),
+    (4.5, 2.5),
+    (4.0, 1.0),
+    (4.0, 2.0),
+    (3.0, 1.0),
+)
 
 HALF_BALL_DEFLECTION = 33.7  # degrees
 DEFLECTION_RANGE = 27.0, 34.0  # degrees, from 1/4 to 3/4 ball

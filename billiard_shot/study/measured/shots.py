@@ -1,5 +1,6 @@
 """The published shots, played with `simulate`."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 import math
 
@@ -17,6 +18,8 @@ START_GAP = 1e-9  # m: from ball to ball before they meet, so that nothing chang
 CUT_ANGLES = np.arange(5.0, 85.25, 0.5)  # degrees, among which the largest throw is looked for
 SIGHTS = 0.09366  # m: diamonds behind the noses, 3 11/16 in (WPA)
 CORNER_FIVE_SPEED = 2.0  # m/s: between medium and fast (Alciatore)
+# Running side spins, relative to the spin of a rolling ball, of offsets up to half a radius.
+CORNER_FIVE_SIDES = np.arange(0.0, 1.251, 0.05).tolist()
 _NOTHING = np.zeros(3)
 
 
@@ -162,8 +165,8 @@ def third_cushion(scene: Scene, origin: float, first: float, side: float) -> flo
     Return the number at the third cushion of a shot of the corner-five system.
 
     The ball comes from a long cushion, and meets the other one, a short one and the first one
-    again. All places are numbered on the line of the diamonds, where the line of the ball's centre
-    crosses it.
+    again; if it meets fewer, the number is infinite. All places are numbered on the line of the
+    diamonds, where the line of the ball's centre crosses it.
 
     Parameters
     ----------
@@ -189,20 +192,39 @@ def third_cushion(scene: Scene, origin: float, first: float, side: float) -> flo
     spin = np.array([-velocity[1], velocity[0], side * CORNER_FIVE_SPEED]) / radius
     run = simulate(replace(scene, rack=None, balls={}), {'cue': BallState(place, velocity, spin)})
     met = [e.time for e in run.events if e.kind == EventKind.CUSHION]
+    if len(met) < 3:
+        return math.inf
     second, third = (run.balls['cue'].at(time).position for time in met[1:3])
     way = third - second
     crossing = third[0] - way[0] / way[1] * (sights + third[1])
     return float(end - crossing) / diamond
 
 
-def corner_five_side(scene: Scene, origin: float, first: float) -> float:
-    """Return the running side spin with which this shot ends as the system says."""
-    low, high = 0.0, 1.25  # the side spins of offsets up to half a radius
-    while high - low > 1e-4:
-        middle = 0.5 * (low + high)
-        far = third_cushion(scene, origin, first, middle) > origin - first
-        low, high = (middle, high) if far else (low, middle)
-    return 0.5 * (low + high)
+def corner_five(
+    scene: Scene, system: Sequence[tuple[float, float]]
+) -> tuple[float, NDArray[np.float64]]:
+    """
+    Find the running side spin with which shots of the corner-five system end nearest to it.
+
+    Parameters
+    ----------
+    scene : Scene
+        With a table.
+    system : sequence of (origin, first)
+        As of `third_cushion`.
+
+    Returns
+    -------
+    side, thirds : float, (shots,) array
+        The side spin and, with it, the numbers at the third cushion.
+
+    """
+    thirds = np.array(
+        [[third_cushion(scene, *shot, side) for shot in system] for side in CORNER_FIVE_SIDES]
+    )
+    errors = np.abs(thirds + np.diff(system, axis=1)[:, 0]).max(axis=1)
+    best = int(np.argmin(errors))
+    return CORNER_FIVE_SIDES[best], thirds[best]
 
 
 def _table_of(scene: Scene) -> Table:
