@@ -93,8 +93,8 @@ class Controller:
         self.estop = HeartbeatInput('estop', settings.estop_timeout, safe=False)
         self.interlock = HeartbeatInput('interlock', settings.interlock_timeout, safe=True)
         self.joints = Heartbeat('joint_states', settings.joint_states_timeout)
-        self.missing_joints = self.controller_problem = ''
-        self.other_drivers = ''
+        self.missing_joints = self.other_drivers = ''
+        self._controller_problem, self._awaits_answer = '', False
         self.command: Command | None = None
         self._tell_state, self._tell_command = on_state, on_command
         self._tell_strike, self._tell_result = on_strike, on_result
@@ -204,6 +204,19 @@ class Controller:
         )
         if names and self.state is not SafetyState.FAULT:
             self.fail(now, self.other_drivers)
+
+    def receive_controller(
+        self, problem: str, failure: str, awaits_answer: bool, now: float
+    ) -> None:
+        """
+        Take the state of the controller that follows the commands.
+
+        A `failure` to follow a command, also one to stop, is a fault in every state. While it
+        `awaits_answer` to a command, no stroke begins. Any `problem` allows no motion.
+        """
+        self._controller_problem, self._awaits_answer = problem, awaits_answer
+        if failure and self.state is not SafetyState.FAULT:
+            self.fail(now, failure)
 
     def receive_table(self, balls: Balls, written: float, stamp_now: float, now: float) -> None:
         """Take the balls on the table, as `TableWatch.record` does."""
@@ -350,7 +363,7 @@ class Controller:
             self._reach(now, SafetyEvent.REACH, 'waiting to be armed')
         elif self.state is SafetyState.ARMED:
             settled = (np.abs(self.position - execution.shot.aimed) <= self._near).all()
-            if now >= execution.fire_at and settled:
+            if now >= execution.fire_at and settled and not self._awaits_answer:
                 fired = self._event(SafetyEvent.FIRE, now, 'striking')
                 if fired.accepted:
                     stroke = execution.shot.stroke
@@ -469,8 +482,8 @@ class Controller:
 
     def mechanism_fault(self, now: float) -> str:
         """Return why the mechanism is not to be trusted; '' if it is."""
-        if self.controller_problem:
-            return self.controller_problem
+        if self._controller_problem:
+            return self._controller_problem
         stale = self.joints.stale(now)
         if stale and self.missing_joints:
             return f'{stale} (without {self.missing_joints})'

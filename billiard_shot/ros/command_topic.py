@@ -24,7 +24,8 @@ class CommandTopic:
     stamp.
     """
 
-    problem = ''
+    problem = failure = ''
+    awaits_answer = False
 
     def __init__(self, node: LifecycleNode, topic: str, names: list[str], frame: str) -> None:
         self._node, self._names, self._frame = node, names, frame
@@ -42,7 +43,7 @@ class CommandTopic:
             )
         self._publisher.publish(self._message)
 
-    def repeat(self) -> None:
+    def repeat(self, *_: object) -> None:
         """Publish the last command again."""
         if self._message:
             self._publisher.publish(self._message)

@@ -406,10 +406,12 @@ class CueDriver(LifecycleNode):
         controller.receive_other_drivers(
             [] if self._inactive else self._commands.other_drivers(), now
         )
-        controller.controller_problem = self._commands.problem
+        controller.receive_controller(
+            self._commands.problem, self._commands.failure, self._commands.awaits_answer, now
+        )
         controller.tick(now)
         if controller.command and not self._inactive:
-            self._commands.repeat()
+            self._commands.repeat(self._decided, controller.position, controller.velocity)
             self._incline.publish(self._angle)
         elevation = controller.measured_elevation(now)
         if elevation:

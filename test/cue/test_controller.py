@@ -587,3 +587,26 @@ def test_missing_joints_are_named(bench):
     assert bench.controller.mechanism_fault(bench.now + 2.0) == (
         'joint_states: no message for 2 s, limit 0.5 s (without stroke)'
     )
+
+
+def test_no_stroke_begins_while_the_controller_has_not_answered(bench):
+    """Until then the balls are watched, as they are before every stroke."""
+    in_state(bench, SafetyState.ARMED)
+    for _ in range(30):
+        bench.controller.receive_controller('', '', True, bench.now)
+        bench.run(0.01)
+    assert bench.controller.state is SafetyState.ARMED
+    bench.balls = {'cue': (0.01, 0.0)}
+    bench.reach(SafetyState.DISARMED)
+    assert bench.results[-1].outcome is GoalOutcome.TABLE_MOVED
+
+
+def test_a_stop_that_is_not_followed_is_a_fault_at_rest_too(bench):
+    failure = 'controller: no answer to a goal for 1 s'
+    for _ in range(2):
+        bench.controller.receive_controller(failure, failure, False, bench.now)
+    assert bench.states == [SafetyState.FAULT]
+    assert bench.controller.reason == failure
+    assert not bench.controller.clear(bench.now).accepted
+    bench.controller.receive_controller('', '', False, bench.now)
+    assert bench.controller.clear(bench.now).accepted
