@@ -1,4 +1,4 @@
-"""Measured joints, from messages that may have some of the joints, or positions alone."""
+"""Measured joints, from messages that may have some of the joints."""
 
 from collections.abc import Sequence
 import math
@@ -23,7 +23,6 @@ class JointFeedback:
         self._names = tuple(names)
         count = len(self._names)
         self._position, self._velocity = np.full(count, math.nan), np.full(count, math.nan)
-        self._time = np.full(count, -math.inf)
         self._open = set(range(count))  # joints that are still missing
 
     @property
@@ -32,18 +31,14 @@ class JointFeedback:
         return ', '.join(self._names[i] for i in sorted(self._open))
 
     def update(
-        self,
-        names: Sequence[str],
-        positions: Sequence[float],
-        velocities: Sequence[float],
-        time: float,
+        self, names: Sequence[str], positions: Sequence[float], velocities: Sequence[float]
     ) -> tuple[Array, Array] | None:
         """
         Take a message; return positions and velocities once all joints have been measured again.
 
-        Where a velocity is missing or NaN, as joint_state_broadcaster of ros2_control sends it if
-        the mechanism does not measure velocities, it is the mean velocity since the joint was
-        measured before.
+        A missing velocity is NaN, as joint_state_broadcaster of ros2_control sends it. It is not
+        computed from positions: at 100 Hz, stamps that are 0.2 ms off give a speed at the contact
+        that is 3 % off.
 
         Parameters
         ----------
@@ -51,8 +46,6 @@ class JointFeedback:
             Joints of the message, in any order; other joints are ignored.
         positions, velocities : sequence of float
             As long as `names`, or empty [m, rad; per s].
-        time : float
-            Time of the measurement on any steady clock [s].
 
         Returns
         -------
@@ -62,17 +55,9 @@ class JointFeedback:
         if len(velocities) == 0:
             velocities = (math.nan,) * len(positions)
         for name, position, velocity in zip(names, positions, velocities, strict=False):
-            if name not in self._names:
-                continue
-            i = self._names.index(name)
-            elapsed = time - self._time[i]
-            if math.isnan(velocity) and 0.0 < elapsed < math.inf:
-                velocity = (position - self._position[i]) / elapsed
-            elif math.isnan(velocity):
-                velocity = self._velocity[i]
-            known = not math.isnan(velocity) or math.isnan(position)
-            self._position[i], self._velocity[i], self._time[i] = position, velocity, time
-            if known:
+            if name in self._names:
+                i = self._names.index(name)
+                self._position[i], self._velocity[i] = position, velocity
                 self._open.discard(i)
         if self._open:
             return None

@@ -311,7 +311,7 @@ class CueDriver(LifecycleNode):
     def _on_joints(self, message: JointState, info: Mapping[str, Any]) -> None:
         now = steady_time()
         time = min(written(info, now), stamped(message.header.stamp, self.get_clock(), now))
-        joints = self._feedback.update(message.name, message.position, message.velocity, time)
+        joints = self._feedback.update(message.name, message.position, message.velocity)
         self._controller.missing_joints = self._feedback.missing
         if joints:
             self._controller.receive_joints(*joints, time, now)

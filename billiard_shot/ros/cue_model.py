@@ -82,7 +82,7 @@ class CueModel(Node):
     def _on_joints(self, message: JointState) -> None:
         """Publish the transforms, unless the last ones are quite new."""
         now = monotonic()
-        joints = self._feedback.update(message.name, message.position, message.velocity, now)
+        joints = self._feedback.update(message.name, message.position, message.velocity)
         if joints is None or now - self._published < self._period:
             return
         self._published = now

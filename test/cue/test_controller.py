@@ -610,3 +610,14 @@ def test_a_stop_that_is_not_followed_is_a_fault_at_rest_too(bench):
     assert not bench.controller.clear(bench.now).accepted
     bench.controller.receive_controller('', '', False, bench.now)
     assert bench.controller.clear(bench.now).accepted
+
+
+def test_joints_without_velocities_play_no_shot(bench):
+    """Speeds that follow from positions are wrong by more than they may be."""
+    position, velocity = bench.mechanism.measured()
+    velocity[STROKE] = math.nan
+    bench.controller.receive_joints(position, velocity, bench.now, bench.now)
+    with pytest.raises(RefusedError, match='joint_states: stroke has no velocity') as caught:
+        bench.send_goal(SHOT)
+    assert caught.value.outcome is GoalOutcome.NOT_READY
+    assert bench.states == []

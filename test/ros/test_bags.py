@@ -140,7 +140,7 @@ def recording(bag, topics):
 def is_at_rest(latest):
     """Whether the cue stands still."""
     last = latest[f'{SPACE}/joint_states']
-    joints = JointFeedback(JOINTS).update(last.name, last.position, last.velocity, 0.0)
+    joints = JointFeedback(JOINTS).update(last.name, last.position, last.velocity)
     if joints is None:  # of other joints
         return False
     _, velocities = joints

@@ -1,0 +1,43 @@
+"""The measured speed of a strike, from joints that arrive seldom, late or not at all."""
+
+from hypothesis import given, strategies as st
+import numpy as np
+from plans import HOME, MECHANISM
+import pytest
+
+from billiard_shot.cue.measurement import StrikeDetector
+from billiard_shot.cue.mechanism import STROKE
+from billiard_shot.cue.profile import stroke_trajectory, StrokeProfile
+from billiard_shot.cue.simulated import Imperfections, SimulatedMechanism
+
+PERIOD = 0.01
+"""Time between two messages [s]."""
+
+
+def strike(speed, drive, random, loss):
+    """Play a stroke with a drive of some bandwidth; the true speed, and the measured one."""
+    profile = StrokeProfile(MECHANISM, speed, 0.4 * speed, 150.0, 150.0)
+    stroke = stroke_trajectory(profile, HOME, HOME[2])
+    mechanism = SimulatedMechanism(
+        MECHANISM, Imperfections(bandwidth=drive, noise=0.002), 1.0, HOME, 0.0, random.integers(99)
+    )
+    mechanism.command(stroke.trajectory, 0.0)
+    detector = StrikeDetector(profile)
+    true, now = None, random.uniform(0.0, PERIOD)
+    while now < stroke.stop:
+        while mechanism._now < now:
+            before = mechanism.velocity[STROKE]
+            mechanism.advance(mechanism._now + 1e-3)
+            if true is None and mechanism.position[STROKE] >= profile.contact_at:
+                true = before
+        if random.random() >= loss:
+            detector.update(*mechanism.measured())
+        now += PERIOD
+    return true, detector.strike and detector.strike.speed
+
+
+@given(st.integers(0, 2**32 - 1), st.floats(0.1, 5.5))
+def test_the_speed_is_that_of_the_contact_or_it_is_not_measured(seed, speed):
+    random = np.random.default_rng(seed)
+    true, measured = strike(speed, random.uniform(120.0, 300.0), random, 0.1)
+    assert measured is None or measured == pytest.approx(true, rel=0.02)
