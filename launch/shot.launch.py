@@ -14,9 +14,9 @@ from launch.conditions import IfCondition
 from launch.substitutions import (
     AndSubstitution,
     EnvironmentVariable,
+    EqualsSubstitution,
     IfElseSubstitution,
     LaunchConfiguration,
-    NotSubstitution,
     OrSubstitution,
     PathJoinSubstitution,
 )
@@ -42,13 +42,19 @@ ARGUMENTS = {
     'cue': ('true', 'false leaves out the cue_driver, for scenes whose cue is not guided'),
     'simulate': (
         'false',
-        'true also starts a simulated table and, unless control is true, a simulated mechanism, '
+        'true also starts a simulated table and, if interface is topic, a simulated mechanism, '
         'with the longer time-outs of config/simulation.yaml',
+    ),
+    'interface': (
+        'topic',
+        'how cue_driver commands the mechanism: topic, or follow_joint_trajectory for a '
+        'controller of yours',
     ),
     'control': (
         'false',
-        'true commands a joint_trajectory_controller of ros2_control, and starts it with the '
-        'controllers and the hardware of config/controllers.yaml and of the robot model',
+        'true starts a joint_trajectory_controller of ros2_control with the controllers and the '
+        'hardware of config/controllers.yaml and of the robot model; interface is then '
+        'follow_joint_trajectory',
     ),
     'camera': (
         'false',
@@ -108,8 +114,8 @@ def node(executable, kind=Node, settings=(), **options):
 def generate_launch_description():
     """List what is started, in this order."""
     with_cue, simulated, controlled = (VALUE[name] for name in ('cue', 'simulate', 'control'))
-    interface = IfElseSubstitution(controlled, 'follow_joint_trajectory', 'topic')
-    uncontrolled = AndSubstitution(simulated, NotSubstitution(controlled))
+    interface = IfElseSubstitution(controlled, 'follow_joint_trajectory', VALUE['interface'])
+    simulates_cue = AndSubstitution(simulated, EqualsSubstitution(interface, 'topic'))
     any_cue = OrSubstitution(OrSubstitution(with_cue, simulated), controlled)
     return LaunchDescription(
         [
@@ -158,7 +164,7 @@ def generate_launch_description():
                 settings=[{'camera': ParameterValue(VALUE['camera'], value_type=bool)}],
                 condition=IfCondition(simulated),
             ),
-            node('cue_sim', condition=IfCondition(uncontrolled)),
+            node('cue_sim', condition=IfCondition(simulates_cue)),
             node('cue_model', condition=IfCondition(AndSubstitution(VALUE['model'], any_cue))),
             GroupAction(
                 [

@@ -53,8 +53,8 @@ SUBSTITUTIONS = {
     'IfElseSubstitution': lambda condition, yes, no: Substitution(
         lambda context: text(yes if is_true(condition, context) else no, context)
     ),
-    'NotSubstitution': lambda value: Substitution(
-        lambda context: said(not is_true(value, context))
+    'EqualsSubstitution': lambda one, two: Substitution(
+        lambda context: said(text(one, context) == text(two, context))
     ),
     'AndSubstitution': lambda one, two: Substitution(
         lambda context: said(is_true(one, context) and is_true(two, context))

@@ -73,6 +73,10 @@ def test_nodes_use_the_profile_of_the_package_or_that_of_the_user(launch_file, m
         ({'cue': 'false'}, {'cue_driver', 'cue_sim', 'table_sim', 'cue_model', *OTHERS}),
         ({'model': 'false', 'simulate': '1'}, {'cue_model', *OTHERS}),
         ({'control': 'true', 'simulate': 'true'}, {'cue_sim', 'rviz2'}),
+        (
+            {'interface': 'follow_joint_trajectory', 'simulate': 'true'},
+            {'cue_sim', *OTHERS},
+        ),
     ],
 )
 def test_nodes_are_left_out(launch_file, arguments, missing):
@@ -132,6 +136,8 @@ def test_the_driver_is_a_lifecycle_node_that_the_launch_starts(launch_file):
 
 def test_a_controller_is_commanded_and_started(launch_file):
     assert started(launch_file)['cue_driver'].settings['interface'] == 'topic'
+    others = started(launch_file, interface='follow_joint_trajectory')
+    assert others['cue_driver'].settings['interface'] == 'follow_joint_trajectory'
     nodes = started(launch_file, control='true')
     assert nodes['cue_driver'].settings['interface'] == 'follow_joint_trajectory'
     (file,) = nodes['ros2_control_node'].files

@@ -137,8 +137,8 @@ class ControllerClient:
         """
         Send the trajectory up to the horizon.
 
-        If a goal awaits its answer, or this process paused after the decision, nothing is sent: the
-        start would have passed, and the controller would begin in the middle of a stroke.
+        Nothing is sent while a goal awaits its answer, or if this process paused after the
+        decision: the start has passed, and the controller would begin in the middle of a stroke.
         """
         assert self._command
         now = self._node.get_clock().now().nanoseconds

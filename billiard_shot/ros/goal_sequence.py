@@ -21,10 +21,10 @@ class GoalSequence:
     """
     Sends goals of control_msgs/action/FollowJointTrajectory, and hears how they end.
 
-    A goal that is sent before the goal before it has been answered gives up the earlier goal. If
-    the controller accepts the earlier goal all the same, it is cancelled at once: a controller with
-    several threads may have begun it after the later goal. A failure is a goal that is rejected,
-    not answered within `ANSWER_TIMEOUT`, or not followed. It lasts until a goal is accepted.
+    A new goal gives up the goal before it if that has not been answered. If the controller accepts
+    the earlier goal later, that goal is cancelled at once: a controller with several threads may
+    have begun it after the new goal. A failure is a goal that is rejected, not followed, or not
+    answered within `ANSWER_TIMEOUT`. It lasts until a goal is accepted.
 
     Parameters
     ----------

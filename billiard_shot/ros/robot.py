@@ -1,7 +1,8 @@
 """
 Start the nodes on this machine, until Ctrl+C; for machines without the `ros2` command.
 
-    robot --simulate
+    robot --simulate --player
+    robot --camera --player --interface follow_joint_trajectory
 """
 
 from collections.abc import Sequence
@@ -25,18 +26,31 @@ def main(args: Sequence[str] | None = None) -> None:
     parser = parser_of('robot', __doc__, codes)
     scene_help = 'bundled scene or YAML file for all nodes; its cue must be guided (paper)'
     parser.add_argument('--scene', default='paper', metavar='SCENE', help=scene_help)
-    simulate_help = 'also start a simulated mechanism and table'
-    parser.add_argument('--simulate', action='store_true', help=simulate_help)
+    parts = {
+        'simulate': 'also start a simulated table and, with the interface topic, a mechanism',
+        'camera': 'also start the table_tracker, for the detections of a camera',
+        'player': 'also start the node that plays the turns of the action play_turn',
+    }
+    for name, help_text in parts.items():
+        parser.add_argument(f'--{name}', action='store_true', help=help_text)
+    interface_help = 'how cue_driver commands the mechanism (topic)'
+    kinds = ('topic', 'follow_joint_trajectory')
+    parser.add_argument('--interface', default='topic', choices=kinds, help=interface_help)
     options = parser.parse_args(own)
     scene = ('-p', f'scene:={options.scene}', *ros)
     patience = SIMULATION if options.simulate else ()
-    nodes = {
-        'predictor': scene,
-        'planner': scene,
-        'cue_driver': (*scene, '-p', 'autostart:=true', *patience),
-    }
+    interface = ('-p', f'interface:={options.interface}')
+    driver = (*scene, '-p', 'autostart:=true', *interface, *patience)
+    nodes = {'predictor': scene, 'planner': scene, 'cue_driver': driver}
+    if options.camera:
+        nodes['table_tracker'] = scene
+    if options.player:
+        nodes['player'] = (*ros, '--', '--serve', '--scene', options.scene)
     if options.simulate:
-        nodes |= {'cue_sim': (*ros, *patience), 'table_sim': (*scene, *patience)}
+        camera = ('-p', f'camera:={str(options.camera).lower()}')
+        nodes['table_sim'] = (*scene, *camera, *patience)
+        if options.interface == 'topic':
+            nodes['cue_sim'] = (*ros, *patience)
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     with running(nodes, quick_environment()) as processes:
         try:

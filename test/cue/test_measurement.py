@@ -1,6 +1,7 @@
 """The measured speed of a strike, from joints that arrive seldom, late or not at all."""
 
-from hypothesis import given, strategies as st
+from hypothesis import given
+from hypothesis import strategies as st
 import numpy as np
 from plans import HOME, MECHANISM
 import pytest

@@ -1,8 +1,9 @@
-"""Goals to a controller that handles them late, in any order or never; no nodes, a clock by hand."""
+"""Goals to a controller that handles them late, in any order or never; without nodes."""
 
 from types import SimpleNamespace
 
-from hypothesis import given, strategies as st
+from hypothesis import given
+from hypothesis import strategies as st
 import numpy as np
 import pytest
 

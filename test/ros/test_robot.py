@@ -2,17 +2,26 @@
 
 import contextlib
 import os
+from pathlib import Path
 import signal
 import subprocess
 import sys
+from threading import Thread
 
 import pytest
 
 pytest.importorskip('billiard_shot_msgs', reason='needs ROS 2')
 
+from billiard_shot_msgs.action import PlayTurn
+from billiard_shot_msgs.msg import GameState
 from billiard_shot_msgs.srv import PredictShot
+from rclpy.action import ActionClient
 from waiting import PATIENCE, PatientCaller, spin_until
 
+from billiard_shot.ros.client import RobotClient
+from billiard_shot.ros.processes import SIMULATION
+
+EXAMPLES = Path(__file__).resolve().parents[2] / 'docs' / 'examples'
 NODES = ('predictor', 'planner', 'cue_driver', 'cue_sim', 'table_sim')
 
 
@@ -71,3 +80,57 @@ def test_it_ends_if_a_node_ends(begin, node):
     assert 'no_such_scene' in said
     with pytest.raises(ProcessLookupError):
         os.killpg(process.pid, 0)
+
+
+@pytest.fixture
+def example(domain):
+    """Start programs of the pages."""
+    with contextlib.ExitStack() as begun:
+
+        def example(name, space):
+            words = ['--ros-args', '-r', f'__ns:=/{space}']
+            process = subprocess.Popen([sys.executable, EXAMPLES / name, *words])
+            begun.callback(process.wait)
+            begun.callback(process.kill)
+
+        yield example
+
+
+@pytest.mark.slow
+def test_a_turn_is_played_with_the_camera_and_the_controller_of_the_pages(
+    begin, example, launch_once, node, tmp_path
+):
+    """The 8 lies near a pocket. A busy machine sends joint_states late: the cue has a long run."""
+    for needed in ('control_msgs', 'tf2_msgs', 'vision_msgs'):
+        pytest.importorskip(needed, reason=f'needs {needed}')
+    scene, mechanism = tmp_path / 'scene.yaml', tmp_path / 'mechanism.yaml'
+    scene.write_text("{like: robot_table, balls: {cue: [0.6, 0.1], '8': [1.0, 0.4]}}")
+    mechanism.write_text('steady_time: 0.2')
+    parts = ('--camera', '--player', '--interface', 'follow_joint_trajectory')
+    settings = ('--ros-args', *SIMULATION, '-p', f'mechanism:={mechanism}')
+    robot = begin('own', *parts, '--scene', str(scene), *settings)
+    Thread(target=robot.stdout.read, daemon=True).start()
+    example('trajectory_server.py', 'own')
+    example('camera.py', 'own')
+    here = ('-r', '__ns:=/own', '-r', 'table_state:=simulated_table')
+    launch_once('table_sim', *here, '-p', f'scene:={scene}')
+    client = RobotClient('operator', '/own', simulate_safety_inputs=True, timeout=PATIENCE)
+    action = ActionClient(client, PlayTurn, '/own/play_turn')
+
+    def result_of(goal):
+        """None if the server does not know this client yet, so that the answer is lost."""
+        sent = action.send_goal_async(goal)
+        if not client.until(sent.done, 5.0):
+            return None
+        ended = sent.result().get_result_async()
+        assert client.until(ended.done, PATIENCE)
+        return ended.result().result
+
+    assert client.until(action.server_is_ready, PATIENCE)
+    cricket = PlayTurn.Goal(state=GameState(game='cricket'))
+    assert client.until(lambda: result_of(cricket), PATIENCE)
+    goal = PlayTurn.Goal(state=GameState(game='practice', phase='play'), agent='greedy', arm=True)
+    result = result_of(goal)
+    assert result.outcome == PlayTurn.Result.OVER, result.message
+    assert [list(shot.gone) for shot in result.shots] == [['8']]
+    client.destroy_node()
