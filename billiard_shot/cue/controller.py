@@ -94,7 +94,7 @@ class Controller:
         self.interlock = HeartbeatInput('interlock', settings.interlock_timeout, safe=True)
         self.joints = Heartbeat('joint_states', settings.joint_states_timeout)
         self.missing_joints = self.other_drivers = ''
-        self._controller_problem, self._awaits_answer = '', False
+        self._controller_problem, self._controller_waits = '', False
         self.command: Command | None = None
         self._tell_state, self._tell_command = on_state, on_command
         self._tell_strike, self._tell_result = on_strike, on_result
@@ -205,16 +205,13 @@ class Controller:
         if names and self.state is not SafetyState.FAULT:
             self.fail(now, self.other_drivers)
 
-    def receive_controller(
-        self, problem: str, failure: str, awaits_answer: bool, now: float
-    ) -> None:
+    def receive_controller(self, problem: str, failure: str, waits: bool, now: float) -> None:
         """
-        Take the state of the controller that follows the commands.
+        Take why the controller of the joints allows no motion, and why it has failed; '' if not.
 
-        A `failure` to follow a command, also one to stop, is a fault in every state. While it
-        `awaits_answer` to a command, no stroke begins. Any `problem` allows no motion.
+        A failure is a fault in every state. While it `waits` to answer, no stroke begins.
         """
-        self._controller_problem, self._awaits_answer = problem, awaits_answer
+        self._controller_problem, self._controller_waits = problem, waits
         if failure and self.state is not SafetyState.FAULT:
             self.fail(now, failure)
 
@@ -363,7 +360,7 @@ class Controller:
             self._reach(now, SafetyEvent.REACH, 'waiting to be armed')
         elif self.state is SafetyState.ARMED:
             settled = (np.abs(self.position - execution.shot.aimed) <= self._near).all()
-            if now >= execution.fire_at and settled and not self._awaits_answer:
+            if now >= execution.fire_at and settled and not self._controller_waits:
                 fired = self._event(SafetyEvent.FIRE, now, 'striking')
                 if fired.accepted:
                     stroke = execution.shot.stroke

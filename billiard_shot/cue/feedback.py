@@ -34,7 +34,7 @@ class JointFeedback:
         self, names: Sequence[str], positions: Sequence[float], velocities: Sequence[float]
     ) -> tuple[Array, Array] | None:
         """
-        Take a message; return positions and velocities once all joints have been measured again.
+        Take a message; return positions and velocities (6,) once all joints were measured again.
 
         A missing velocity is NaN, as joint_state_broadcaster of ros2_control sends it. It is not
         computed from positions: at 100 Hz, stamps that are 0.2 ms off give a speed at the contact
@@ -46,10 +46,6 @@ class JointFeedback:
             Joints of the message, in any order; other joints are ignored.
         positions, velocities : sequence of float
             As long as `names`, or empty [m, rad; per s].
-
-        Returns
-        -------
-        tuple of two (6,) float arrays, or None
 
         """
         if len(velocities) == 0:

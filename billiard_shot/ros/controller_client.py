@@ -38,10 +38,9 @@ class ControllerClient:
 
     A goal contains the trajectory from its start to `COMMAND_HORIZON` from now, and a brake. The
     next goal replaces it before the brake begins. All goals for a trajectory have the stamp of its
-    start, so that the controller goes on where it is. A trajectory is sent only after the goal
-    before it has been answered. A stop is sent at once, as a goal with a brake from the measured
-    motion, and again every second until the controller accepts it. If the joints are not known,
-    the last goal is cancelled, and the controller holds.
+    start, so that the controller goes on where it is. Each waits for the answer to the goal before
+    it. A stop is a goal with a brake from the measured motion. It is sent at once, and again every
+    second until it is accepted. If the joints are not known, the last goal is cancelled instead.
 
     Parameters
     ----------
@@ -77,9 +76,9 @@ class ControllerClient:
         )
         self._action = node.resolve_topic_name(action)
         self._goals = GoalSequence(self._client.send_goal_async)
-        self._command: Command | None = None
+        self._command = Command(None)
         self._start = 0  # ROS time of the start of the trajectory [ns]
-        self._covered = 0.0  # time of the command up to which the last goal goes [s]; 0: not sent
+        self._covered = np.inf  # time of the command up to which goals were sent [s]; 0: none
 
     @property
     def problem(self) -> str:
@@ -101,20 +100,17 @@ class ControllerClient:
     def send(self, command: Command, decided: int, position: Array, velocity: Array) -> None:
         """Send a new command, decided at a ROS time [ns], for joints (6,) that move so."""
         self._command, self._covered = command, 0.0
-        if command.trajectory is None:
-            self._stop(position, velocity)
-        else:
-            self._follow(command.trajectory, decided)
+        self.repeat(decided, position, velocity)
 
     def repeat(self, decided: int, position: Array, velocity: Array) -> None:
         """Send the next goal for the current command, if it is due, as `send` does."""
-        if self._command is None or self.awaits_answer:
-            return
         trajectory, age = self._command.trajectory, self._goals.age
         if trajectory is None:
             if not self._covered or (self.failure and age > ANSWER_TIMEOUT):
                 self._stop(position, velocity)
-        elif age > RENEWAL and self._covered <= trajectory.duration:
+        elif not self.awaits_answer and (
+            not self._covered or (self._covered < trajectory.duration and age > RENEWAL)
+        ):
             self._follow(trajectory, decided)
 
     def other_drivers(self) -> list[str]:
@@ -134,18 +130,12 @@ class ControllerClient:
         self._client.destroy()
 
     def _follow(self, trajectory: JointTrajectory, decided: int) -> None:
-        """
-        Send the trajectory up to the horizon.
-
-        Nothing is sent while a goal awaits its answer, or if this process paused after the
-        decision: the start has passed, and the controller would begin in the middle of a stroke.
-        """
-        assert self._command
+        """Send the trajectory up to the horizon."""
         now = self._node.get_clock().now().nanoseconds
         if not self._covered:
             self._start = decided + int(1e9 * LEAD)
-            if self.awaits_answer or now > self._start:
-                return
+        if not self._covered and now > self._start:
+            return  # this process paused; the controller would begin in the middle of a stroke
         self._covered = max(1e-9 * (now - self._start) + COMMAND_HORIZON, self._command.whole)
         self._send(excerpt(trajectory, self._covered, self._limits), self._start)
 

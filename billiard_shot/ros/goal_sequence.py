@@ -13,9 +13,6 @@ from billiard_shot.cue.clock import steady_time
 ANSWER_TIMEOUT = 1.0
 """Longest time in which the controller accepts or rejects a goal [s]."""
 
-REMEMBERED_ANSWERS = 100
-"""Number of answers that `GoalSequence.missing` waits for; the oldest is forgotten first."""
-
 
 class GoalSequence:
     """
@@ -26,13 +23,7 @@ class GoalSequence:
     have begun it after the new goal. A failure is a goal that is rejected, not followed, or not
     answered within `ANSWER_TIMEOUT`. It lasts until a goal is accepted.
 
-    Parameters
-    ----------
-    send : callable
-        Sends a goal; returns the future of its handle.
-    clock : callable
-        Reads a steady clock [s].
-
+    `send` sends a goal and returns the future of its handle; `clock` reads a steady clock [s].
     """
 
     def __init__(
@@ -43,7 +34,7 @@ class GoalSequence:
         self._failure = ''
         self._newest: Future[Any] | None = None  # answer to the last goal, unless it is given up
         self._accepted: ClientGoalHandle[Any, Any, Any] | None = None  # the last accepted goal
-        self._answers: deque[Future[Any]] = deque(maxlen=REMEMBERED_ANSWERS)
+        self._answers: deque[Future[Any]] = deque(maxlen=100)
 
     @property
     def age(self) -> float:
@@ -105,7 +96,7 @@ class GoalSequence:
         """Note an error, unless a newer goal has replaced this one."""
         result = ended.result
         if answer is self._newest and result.error_code != result.SUCCESSFUL:
-            constants = (each for each in dir(result) if each.isupper())
-            names = (each for each in constants if getattr(result, each) == result.error_code)
-            name = next(names, f'error {result.error_code}')
+            code, constants = result.error_code, filter(str.isupper, dir(result))
+            names = (each for each in constants if getattr(result, each) == code)
+            name = next(names, f'error {code}')
             self._failure = f'controller: {name}: {result.error_string}'

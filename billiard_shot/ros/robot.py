@@ -33,9 +33,8 @@ def main(args: Sequence[str] | None = None) -> None:
     }
     for name, help_text in parts.items():
         parser.add_argument(f'--{name}', action='store_true', help=help_text)
-    interface_help = 'how cue_driver commands the mechanism (topic)'
-    kinds = ('topic', 'follow_joint_trajectory')
-    parser.add_argument('--interface', default='topic', choices=kinds, help=interface_help)
+    kinds, kinds_help = ('topic', 'follow_joint_trajectory'), 'commands of cue_driver (topic)'
+    parser.add_argument('--interface', default='topic', choices=kinds, help=kinds_help)
     options = parser.parse_args(own)
     scene = ('-p', f'scene:={options.scene}', *ros)
     patience = SIMULATION if options.simulate else ()
@@ -47,8 +46,7 @@ def main(args: Sequence[str] | None = None) -> None:
     if options.player:
         nodes['player'] = (*ros, '--', '--serve', '--scene', options.scene)
     if options.simulate:
-        camera = ('-p', f'camera:={str(options.camera).lower()}')
-        nodes['table_sim'] = (*scene, *camera, *patience)
+        nodes['table_sim'] = (*scene, '-p', f'camera:={options.camera}', *patience)
         if options.interface == 'topic':
             nodes['cue_sim'] = (*ros, *patience)
     signal.signal(signal.SIGTERM, signal.default_int_handler)

@@ -609,7 +609,10 @@ def test_a_stop_that_is_not_followed_is_a_fault_at_rest_too(bench):
     assert bench.controller.reason == failure
     assert not bench.controller.clear(bench.now).accepted
     bench.controller.receive_controller('', '', False, bench.now)
+    commands = []
+    bench.controller._tell_command = commands.append
     assert bench.controller.clear(bench.now).accepted
+    assert [each.trajectory for each in commands] == [None], 'the first command is to hold'
 
 
 def test_joints_without_velocities_play_no_shot(bench):

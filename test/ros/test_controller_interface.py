@@ -1,8 +1,8 @@
 """The driver commands a controller of ros2_control, and nothing goes on when the driver dies."""
 
 import math
-import os
 from pathlib import Path
+import signal
 import subprocess
 import sys
 from time import monotonic
@@ -33,17 +33,25 @@ BRAKE = 1.5 * float(np.max(Mechanism().speeds / Mechanism().accelerations))
 """Longest time of the brake at the end of a goal [s]."""
 
 
+class Controller:
+    """The process of a controller, which can be started again."""
+
+    def __init__(self):
+        file = Path(__file__).with_name('fake_controller.py')
+        self.process = subprocess.Popen(
+            [sys.executable, file, '--ros-args', '-r', f'__ns:={SPACE}']
+        )
+
+    def close(self):
+        self.process.kill()
+        self.process.wait()
+
+
 @pytest.fixture(scope='module')
 def controller(domain):
-    """Return the process of a controller."""
-    here = Path(__file__).parent
-    process = subprocess.Popen(
-        [sys.executable, str(here / 'fake_controller.py'), '--ros-args', '-r', f'__ns:={SPACE}'],
-        env={**os.environ, 'PYTHONPATH': str(here.parent)},
-    )
-    yield process
-    process.kill()
-    process.wait()
+    controller = Controller()
+    yield controller
+    controller.close()
 
 
 @pytest.fixture
@@ -120,6 +128,17 @@ def test_a_controller_that_does_not_follow_is_a_fault(cell, fault, words):
     assert words in cell.player.states[-1].reason
     assert cell.player.until(lambda: cell.call('cue_driver/clear_fault').success, PATIENCE)
     assert cell.player.until(lambda: not cell.moving(), PATIENCE)
+
+
+def test_a_controller_that_is_started_again_is_used_again(cell, controller):
+    bring_to_motion(cell, 'frozen')
+    controller.process.send_signal(signal.SIGSTOP)
+    cell.reach(SafetyState.FAULT)
+    assert 'controller: no answer to a goal' in cell.player.states[-1].reason
+    controller.close()
+    controller.__init__()
+    assert cell.player.until(lambda: cell.call('cue_driver/clear_fault').success, PATIENCE)
+    assert cell.player.execute(cell.goal('again')).result.outcome == GoalOutcome.OK
 
 
 def test_a_driver_without_its_controller_says_so(cell, launch_once):
