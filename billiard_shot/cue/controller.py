@@ -492,7 +492,7 @@ class Controller:
             JOINTS, UNITS, self.mechanism.axes, self.position, self.velocity, strict=True
         ):
             if math.isfinite(position) and math.isnan(velocity):
-                return f'joint_states: {name} has no velocity; brakes and strikes need it measured'
+                return f'joint_states: {name} has no velocity, which the driver needs'
             if not (math.isfinite(position) and math.isfinite(velocity)):
                 return f'joint_states: {name} is at {position} with velocity {velocity}'
             overrun = OVERRUN * (axis.max - axis.min)

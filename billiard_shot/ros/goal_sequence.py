@@ -29,8 +29,8 @@ class GoalSequence:
     def __init__(
         self, send: Callable[[Any], 'Future[Any]'], clock: Callable[[], float] = steady_time
     ) -> None:
-        self.sent = -np.inf  # time of the last goal [s]
         self._send, self._clock = send, clock
+        self._sent = -np.inf  # time of the last goal [s]
         self._failure = ''
         self._newest: Future[Any] | None = None  # answer to the last goal, unless it is given up
         self._accepted: ClientGoalHandle[Any, Any, Any] | None = None  # the last accepted goal
@@ -39,7 +39,7 @@ class GoalSequence:
     @property
     def age(self) -> float:
         """Time since the last goal was sent [s]."""
-        return self._clock() - self.sent
+        return self._clock() - self._sent
 
     @property
     def awaits_answer(self) -> bool:
@@ -60,7 +60,7 @@ class GoalSequence:
 
     def send(self, goal: Any) -> None:
         """Send a goal; give up the goal before it if that has not been answered."""
-        self._failure, self.sent = self.failure, self._clock()
+        self._failure, self._sent = self.failure, self._clock()
         self._newest = self._send(goal)
         self._answers.append(self._newest)
         self._newest.add_done_callback(self._on_answer)

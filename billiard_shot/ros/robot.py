@@ -33,8 +33,9 @@ def main(args: Sequence[str] | None = None) -> None:
     }
     for name, help_text in parts.items():
         parser.add_argument(f'--{name}', action='store_true', help=help_text)
-    kinds, kinds_help = ('topic', 'follow_joint_trajectory'), 'commands of cue_driver (topic)'
-    parser.add_argument('--interface', default='topic', choices=kinds, help=kinds_help)
+    kinds = ('topic', 'follow_joint_trajectory')
+    interface_help = 'how cue_driver commands the mechanism (topic)'
+    parser.add_argument('--interface', default='topic', choices=kinds, help=interface_help)
     options = parser.parse_args(own)
     scene = ('-p', f'scene:={options.scene}', *ros)
     patience = SIMULATION if options.simulate else ()
