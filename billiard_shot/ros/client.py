@@ -312,10 +312,10 @@ class RobotClient(Node):
         return result_of(ended).result
 
     def goal(
-        self, stroke: Stroke, scene: Scene, shot_id: str, valid_for: float = VALIDITY
+        self, stroke: Stroke, balls: Balls, scene: Scene, shot_id: str, valid_for: float = VALIDITY
     ) -> ExecuteShot.Goal:
         """
-        Make a goal for a stroke at the cue ball, at its current position.
+        Make a goal for a stroke that somebody has chosen for these balls, not for later ones.
 
         Raises
         ------
@@ -323,10 +323,9 @@ class RobotClient(Node):
             If the cue ball is not on the table.
 
         """
-        balls = self.balls()
         if CUE_BALL not in balls:
             raise RefusedError(
-                GoalOutcome.INVALID_PLAN, f'table_state has no ball {CUE_BALL!r} on the table'
+                GoalOutcome.INVALID_PLAN, f'there is no ball {CUE_BALL!r} on the table'
             )
         plan = cue_conversions.plan_of(stroke, balls, scene, shot_id)
         frame = self.known_table().header.frame_id

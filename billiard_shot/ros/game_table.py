@@ -70,9 +70,9 @@ class GameTable:
             raise TableUnknownError('table_sim/shot: no record of the shot')
         return str(self.records[-1].data)
 
-    def arrange(self, state: State, tell: Callable[[str, Places], object]) -> State:
+    def arrange(self, state: State, tell: Callable[[str, Places], object]) -> tuple[State, Balls]:
         """
-        Wait until the balls lie as a state says; return the state with their real places.
+        Wait until the balls lie as a state says; return it with their real places, and the balls.
 
         If balls lie elsewhere, `tell` is called with a message and with the places of all balls.
 
@@ -95,7 +95,7 @@ class GameTable:
                 raise TableUnknownError(f'the balls were not put in their places: {what}')
             seen = self.client.wait_for_rest()
         try:
-            return replace(state, balls=positions_of(seen, self.scene))
+            return replace(state, balls=positions_of(seen, self.scene)), seen
         except ValueError as error:
             raise TableUnknownError(f'table_state: {error}') from None
 

@@ -99,6 +99,8 @@ def play_shot(client: RobotClient, name: str, goal: ExecuteShot.Goal, arm: bool)
     )
     status = Status(answer.status)
     say(f'{name}: {plan.speed:g} m/s, elevation {plan.elevation + 0.0:g} rad')
+    places = (f'{each.id} ({each.position.x:.3f}, {each.position.y:.3f})' for each in plan.balls)
+    say(f'  balls       {", ".join(places)} m')
     if status.refused:
         say(f'  predicted   {status.name}: {answer.message}')
         return False
@@ -138,7 +140,8 @@ def play_stroke(
 ) -> bool:
     """Play a given stroke and print the result; return False if it was not played."""
     try:
-        goal = client.goal(stroke, scene, f'{name} {short_id()}', options.valid_for)
+        shot_id = f'{name} {short_id()}'
+        goal = client.goal(stroke, client.balls(), scene, shot_id, options.valid_for)
     except RefusedError as error:
         say(f'{name}: {error}')
         return False

@@ -27,6 +27,7 @@ from billiard_shot.game.ruling import Ruling
 from billiard_shot.game.seen import Places, possible_rulings
 from billiard_shot.game.state import State
 from billiard_shot.game.tournament import find_agent
+from billiard_shot.perception.sightings import Balls
 from billiard_shot.ros.client import (
     CanceledError,
     NotReadyError,
@@ -110,8 +111,9 @@ class Turn:
                 return
             state = state.with_cue_ball(x, y)
         wanted = state
+        seen: Balls = {}
         if not state.choices:
-            state = self.table.arrange(
+            state, seen = self.table.arrange(
                 wanted, lambda what, balls: self.tell(TurnStage.PLACE, what, '', balls)
             )
         decision = self._ask_agent(_decide, self.agent, wanted)
@@ -125,7 +127,7 @@ class Turn:
         elif decision.stroke is None:
             self._judged(state, decision, judge(state, decision.call, None), '')
         else:
-            self._shoot(state, decision, decision.stroke)
+            self._shoot(state, seen, decision, decision.stroke)
 
     def _ask_agent(self, ask: Callable[..., T], *arguments: Any) -> T:
         """Ask the agent in a thread, so that the client goes on, and can be canceled."""
@@ -137,12 +139,12 @@ class Turn:
             raise AgentError(f'the agent has failed: {error!r}') from error
         return answer.result()
 
-    def _shoot(self, state: State, decision: Decision, stroke: Stroke) -> None:
-        """Play a stroke, watch the balls, and judge."""
+    def _shoot(self, state: State, seen: Balls, decision: Decision, stroke: Stroke) -> None:
+        """Play a stroke that was decided for the balls that were seen, watch them, and judge."""
         shot_id = f'{state.game} {state.shots + 1} {short_id()}'
         try:
             scene = scene_of(self.table.scene, state)
-            goal = self.table.client.goal(stroke, scene, shot_id)
+            goal = self.table.client.goal(stroke, seen, scene, shot_id)
         except RefusedError as error:
             raise NotPlayedError(str(error)) from None
         self.tell(TurnStage.PLAY, decision.reason or 'plays', shot_id, {})

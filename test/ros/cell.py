@@ -165,7 +165,7 @@ class Cell:
     def goal(self, name='shot', stroke=STROKE):
         """Goal with a new shot_id that begins with a name: a repeated test plays another shot."""
         self.count += 1
-        return self.player.goal(stroke, SCENE, f'{name} {self.count}')
+        return self.player.goal(stroke, self.player.balls(), SCENE, f'{name} {self.count}')
 
     def begin(self, goal):
         """Send a goal; a future of how it ends."""

@@ -231,7 +231,7 @@ def recorded(node, launch, tmp_path_factory):
     )
     qos = ends_of(player)
     with recording(path, topics) as latest:
-        goal = player.goal(STROKE, Scene.load('paper'), 'follow', 60.0)
+        goal = player.goal(STROKE, player.balls(), Scene.load('paper'), 'follow', 60.0)
         assert play_shot(player, 'follow', goal, arm=True)
         rest = player.balls()[CUE_BALL].position
         assert player.until(lambda: is_at_rest(latest), 120.0), 'the cue moves on'

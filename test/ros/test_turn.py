@@ -3,7 +3,9 @@
 from dataclasses import replace
 from functools import partial
 import os
+import re
 import signal
+from time import sleep
 from types import SimpleNamespace
 import warnings
 
@@ -20,11 +22,12 @@ from rclpy.action import ActionClient
 from waiting import PATIENCE, PatientCaller
 
 from billiard_shot import Scene, Stroke
+from billiard_shot.cue.outcome import GoalOutcome
 from billiard_shot.game.call import Call, Decision
 from billiard_shot.game.game import start
 from billiard_shot.game.outcome import Outcome
 from billiard_shot.game.tournament import find_agent
-from billiard_shot.perception.sightings import Sighting
+from billiard_shot.perception.sightings import moved, Sighting
 from billiard_shot.ros.client import CanceledError, NotReadyError, TableUnknownError
 from billiard_shot.ros.game_conversions import balls_message, game_state_message, state_of
 from billiard_shot.ros.game_table import GameTable
@@ -94,11 +97,15 @@ class Client:
             self.seen = self.after
         return {name: Sighting(place) for name, place in self.seen.items()}
 
-    def goal(self, stroke, scene, shot_id):
-        return shot_id
+    def goal(self, stroke, balls, scene, shot_id):
+        return balls
 
     def execute(self, goal, may_fire):
+        """Play only if the balls of the goal lie as they did, as the driver does."""
         strike = SimpleNamespace(header=SimpleNamespace(stamp=1))
+        if problem := moved(goal, self.wait_for_rest(), 1e-3):
+            result = SimpleNamespace(outcome=GoalOutcome.TABLE_DIFFERS, message=problem)
+            return SimpleNamespace(status=GoalStatus.STATUS_ABORTED, result=result)
         result = SimpleNamespace(strike=strike)
         return SimpleNamespace(status=GoalStatus.STATUS_SUCCEEDED, result=result)
 
@@ -197,6 +204,28 @@ def test_an_agent_that_fails_ends_the_turn_with_the_reason(agent, said):
     assert len(turn.shots) == ('saw' in vars(agent)), 'a shot that was played is not forgotten'
 
 
+class Thinking(Shooter):
+    """Agent that thinks while somebody moves a ball by 3 mm."""
+
+    def __init__(self, put):
+        self.put = put
+
+    def decide(self, state):
+        x, y = state.balls['9']
+        self.put({**state.balls, '9': (x + 0.003, y)})
+        return super().decide(state)
+
+
+def test_a_stroke_is_not_played_if_a_ball_has_moved_since_the_agent_was_asked():
+    client, state = Client(BALLS, BALLS), game_of('practice')
+    turn, _ = turn_of(client, state, agent=Thinking(partial(setattr, client, 'seen')))
+    outcome, message = turn.play()
+    assert outcome == PlayTurn.Result.NOT_PLAYED
+    assert message.startswith("TABLE_DIFFERS: ball '9' lies 3 mm from its planned place")
+    assert not turn.shots
+    assert turn.state == state
+
+
 # --- real processes -----------------------------------------------------------------------------
 
 
@@ -214,6 +243,22 @@ def test_two_balls_are_cleared(cell):
     assert len({shot.shot_id for shot in turn.shots}) == len(turn.shots)
     first = next(balls for stage, _, balls in told if stage == TurnStage.PLACE)
     assert {'1': state.balls['1']}.items() <= first.items()
+
+
+def test_the_cue_does_not_fire_if_a_ball_has_moved_since_the_agent_was_asked(cell):
+    table, before = GameTable(cell.player, SCENE), len(cell.strikes)
+
+    def put(balls):
+        answer = table._place.call_async(PlaceBalls.Request(balls=balls_message(balls)))
+        while not answer.done():
+            sleep(0.01)
+
+    tell = lambda *_: None  # noqa: E731
+    turn = Turn(table, Thinking(put), tell, None, lambda: True, game_of('practice'))
+    outcome, message = turn.play()
+    assert outcome == PlayTurn.Result.NOT_PLAYED
+    assert re.match(r"TABLE_(DIFFERS|MOVED): ball '9' lies 3 mm", message), message
+    assert len(cell.strikes) == before
 
 
 AGENT = """
