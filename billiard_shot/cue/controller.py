@@ -17,7 +17,7 @@ import numpy as np
 from billiard_shot.cue.clock import ClockWatch
 from billiard_shot.cue.execution import Command, Execution, Result, Settings
 from billiard_shot.cue.goals import check_goal
-from billiard_shot.cue.inputs import Heartbeat, HeartbeatInput
+from billiard_shot.cue.inputs import HeartbeatInput
 from billiard_shot.cue.joint_trajectory import JointTrajectory
 from billiard_shot.cue.measurement import MeasuredStrike, StrikeDetector
 from billiard_shot.cue.mechanism import INCLINE, JOINTS, Mechanism, STROKE, UNITS
@@ -33,8 +33,9 @@ from billiard_shot.cue.safety import (
     SafetyEvent,
     SafetyState,
 )
-from billiard_shot.cue.table_watch import TableWatch
+from billiard_shot.perception.heartbeat import Heartbeat
 from billiard_shot.perception.sightings import Balls
+from billiard_shot.perception.table_watch import TableWatch
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene
 
@@ -215,10 +216,12 @@ class Controller:
         if failure and self.state is not SafetyState.FAULT:
             self.fail(now, failure)
 
-    def receive_table(self, balls: Balls, written: float, stamp_now: float, now: float) -> None:
+    def receive_table(
+        self, balls: Balls, picture: float, written: float, stamp_now: float, now: float
+    ) -> None:
         """Take the balls on the table, as `TableWatch.record` does."""
         self._hear(written, now)
-        self.table.record(balls, written, stamp_now, now)
+        self.table.record(balls, picture, written, stamp_now, now)
 
     def reject_table(self, reason: str, now: float) -> None:
         """Know the balls no longer, because a message about them was not valid."""
@@ -463,13 +466,14 @@ class Controller:
         execution = self._execution
         if execution is None:
             return GoalOutcome.DISARMED, 'no goal'
-        expired = now > execution.expires or self.clock.time > execution.expiry
+        planned, stamp_now = execution.shot.plan.balls, self.clock.time
+        expired = now > execution.expires or stamp_now > execution.expiry
         late = self.state is SafetyState.ARMED and now > execution.armed_until
         limit = self.settings.arm_timeout
         problems = (
             (GoalOutcome.EXPIRED, 'the goal has expired' if expired else ''),
-            (GoalOutcome.TABLE_STALE, self.table.stale(self.clock.time, now, is_aimed=True)),
-            (GoalOutcome.TABLE_MOVED, self.table.moved(execution.shot.plan.balls, is_aimed=True)),
+            (GoalOutcome.TABLE_STALE, self.table.stale(stamp_now, now, is_aimed=True)),
+            (GoalOutcome.TABLE_MOVED, self.table.moved(planned, is_aimed=True)),
             (
                 GoalOutcome.ARM_TIMEOUT,
                 f'armed for more than {limit:g} s without firing' if late else '',

@@ -2,13 +2,12 @@
 
 from dataclasses import dataclass
 import math
-from typing import ClassVar
 
 from billiard_shot.cue.joint_trajectory import JointTrajectory
 from billiard_shot.cue.measurement import MeasuredStrike, StrikeDetector
 from billiard_shot.cue.outcome import GoalOutcome
 from billiard_shot.cue.plan import PreparedShot
-from billiard_shot.scene.checks import check
+from billiard_shot.perception.table_watch import TableSettings
 from billiard_shot.scene.fields import number
 
 MIN_DURATION, LATEST_STOP = 0.05, 2.0
@@ -16,9 +15,9 @@ MIN_DURATION, LATEST_STOP = 0.05, 2.0
 
 
 @dataclass(frozen=True, slots=True)
-class Settings:
+class Settings(TableSettings):
     """
-    Time-outs and tolerances of the controller.
+    Time-outs and tolerances of the controller, in addition to those of the table state.
 
     Parameters
     ----------
@@ -42,20 +41,9 @@ class Settings:
     brake_tolerance : float
         Largest distance by which the cue may overrun its planned stop; beyond it the driver
         faults [m].
-    table_timeout : float
-        Longest time since a message on `table_state` and, before aiming, since the last detection
-        of each ball [s].
-    unseen_timeout : float
-        Longest time since the last detection of each ball while a shot is aimed, because the cue
-        hides balls [s].
-    stamp_tolerance : float
-        Largest lead of the time of a detection ahead of the clock [s].
-    table_tolerance : float
-        Largest distance of a ball from its planned place [m].
 
     """
 
-    READ_ONLY: ClassVar = ('table_timeout', 'unseen_timeout', 'stamp_tolerance')  # as parameters
     estop_timeout: float = number('s', minimum=MIN_DURATION, maximum=LATEST_STOP, default=0.5)
     interlock_timeout: float = number('s', minimum=MIN_DURATION, maximum=LATEST_STOP, default=0.5)
     joint_states_timeout: float = number(
@@ -67,13 +55,6 @@ class Settings:
     motion_timeout: float = number('s', minimum=0.1, maximum=30.0, default=2.0)
     aim_tolerance: float = number('', minimum=1e-9, maximum=0.01, default=2e-4)
     brake_tolerance: float = number('m', minimum=1e-4, maximum=0.02, default=0.005)
-    table_timeout: float = number('s', minimum=MIN_DURATION, maximum=5.0, default=1.0)
-    unseen_timeout: float = number('s', minimum=MIN_DURATION, maximum=60.0, default=10.0)
-    stamp_tolerance: float = number('s', minimum=0.0, maximum=1.0, default=0.1)
-    table_tolerance: float = number('m', minimum=0.0, maximum=0.02, default=0.001)
-
-    def __post_init__(self) -> None:
-        check(self)
 
     @property
     def max_pause(self) -> float:

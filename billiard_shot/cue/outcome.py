@@ -20,13 +20,13 @@ class GoalOutcome(IntEnum):
     FAULT = 5  # the mechanism did not follow its commands
     EXPIRED = 6  # not armed in time: the goal was no longer valid
     TABLE_MOVED = 7  # a ball moved between the goal and the shot
-    TABLE_STALE = 8  # the balls were not detected for too long
+    TABLE_STALE = 8  # the balls are no longer known well enough
     NOT_READY = 100  # not active, not disarmed, or an input does not allow it
     BUSY = 101  # another shot is being executed
     INVALID_PLAN = 102  # a field is invalid, or contradicts another field
     ALREADY_PLAYED = 103  # the cue has been aimed for this shot before
     ALREADY_EXPIRED = 104
-    TABLE_UNKNOWN = 105  # no recent and valid table state has been received
+    TABLE_UNKNOWN = 105  # the balls are not known well enough: too old or invalid
     TABLE_DIFFERS = 106  # a ball does not lie at its planned place
     NOT_PREDICTED = 107  # the library refuses the stroke, or its prediction did not finish
     SPEED_OUT_OF_LIMITS = 108

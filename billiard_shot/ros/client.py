@@ -262,8 +262,8 @@ class RobotClient(Node):
         """
         Wait until all balls rest, and return those on the table.
 
-        Table states older than the stamp of the strike are ignored, because a camera or simulation
-        without enough processor time shows the earlier positions for a while.
+        Detections from before the strike are ignored, because a camera or simulation without
+        enough processor time shows the earlier positions for a while.
 
         Raises
         ------
@@ -272,23 +272,24 @@ class RobotClient(Node):
 
         """
         deadline = monotonic() + seconds
-        if strike and not self.until(
-            lambda: _is_after(self.known_table().header.stamp, strike), seconds
-        ):
-            raise TableUnknownError(
-                f'table_state: no message after the strike within {seconds:g} s'
-            )
+        earliest = conversions.seconds(strike) if strike else -math.inf
         last: Balls = {}
         since = monotonic()
-        self.known_table()
         while True:
             balls = self.balls()
+            times = {'picture': conversions.seconds(self.known_table().header.stamp)}
+            times |= {f'ball {name!r}': ball.time for name, ball in balls.items()}
+            early = [name for name, time in times.items() if 0.0 < time <= earliest]  # 0: unknown
             restless = [name for name in balls if not _is_at_rest(name, balls, last)]
-            if restless or balls.keys() != last.keys():
+            if early or restless or balls.keys() != last.keys():
                 last, since = balls, monotonic()
             elif monotonic() - since > REST_TIME:
                 return balls
             if monotonic() > deadline:
+                if early:
+                    raise TableUnknownError(
+                        f'table_state: from before the strike after {seconds:g} s: {early[0]}'
+                    )
                 name = restless[0] if restless else ''
                 fault = 'moves on' if not name or balls[name].is_seen else 'is not seen'
                 raise TableUnknownError(f'table_state: ball {name!r} {fault} after {seconds:g} s')
@@ -428,9 +429,3 @@ def _is_at_rest(name: str, balls: Balls, before: Balls) -> bool:
         and last is not None
         and math.dist(ball.position, last.position) <= REST_DISTANCE
     )
-
-
-def _is_after(stamp: Time, strike: Time) -> bool:
-    """Whether a table state was seen after a strike; true if the table state has no stamp."""
-    seen = conversions.seconds(stamp)
-    return seen == 0.0 or seen > conversions.seconds(strike)

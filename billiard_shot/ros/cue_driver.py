@@ -331,7 +331,8 @@ class CueDriver(LifecycleNode):
             self.get_logger().error(f'table_state: {error}; the table is not known any more')
             self._controller.reject_table(f'table_state: {error}', now)
         else:
-            self._controller.receive_table(balls, written(info, now), 1e-9 * clock, now)
+            heard = written(info, now)
+            self._controller.receive_table(balls, 1e-9 * seen, heard, 1e-9 * clock, now)
 
     # --- requests -------------------------------------------------------------------------------
 

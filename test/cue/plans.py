@@ -93,7 +93,9 @@ class Bench:
         )
         self.balls = {'cue': (0.0, 0.0)}  # what the camera sees; None: it has ended
         self.camera_delay = 0.0
-        self.hidden_since = None  # time since which no ball is detected
+        self.frozen_at = None  # stamp that the camera repeats, if it is frozen
+        self.hidden = {}  # since when balls are not detected, by name
+        self.covariance = (0.0, 0.0, 0.0)  # of every ball that is seen
         self.run(0.1)
 
     def send(self, command):
@@ -124,25 +126,47 @@ class Bench:
         time = self.now + self.clock_offset
         self.controller.receive_clock(time, self.now)
         if self.balls is not None:
-            detected = time if self.hidden_since is None else self.hidden_since
+            picture = (self.frozen_at or time) - self.camera_delay
             seen = {
-                name: replace(ball, is_seen=self.hidden_since is None)
-                for name, ball in sightings(self.balls, detected - self.camera_delay).items()
+                name: Sighting(
+                    place,
+                    self.covariance,
+                    is_seen=name not in self.hidden,
+                    time=self.hidden.get(name, picture),
+                )
+                for name, place in self.balls.items()
             }
-            self.controller.receive_table(seen, self.now, time, self.now)
+            self.controller.receive_table(seen, picture, self.now, time, self.now)
         self.controller.tick(self.now)
         if self.controller.command:
             self.send(self.controller.command)
 
-    def hide(self):
-        """Detect no ball from now on."""
-        self.hidden_since = self.now + self.clock_offset
+    @property
+    def stamp(self):
+        """Time of the ROS clock."""
+        return self.now + self.clock_offset
+
+    def hide(self, *names):
+        """Detect these balls no more from now on; pictures go on."""
+        self.hidden |= dict.fromkeys(names, self.stamp)
+
+    def freeze(self):
+        """Repeat the last picture from now on."""
+        self.frozen_at = self.stamp
 
     def reach(self, state, seconds=10.0):
         assert self.run(seconds, lambda: self.controller.state is state), self.controller.reason
 
+    def plan(self, shot=(0.2, 0.1, 0.2, 0.4, 3.0), shot_id='shot', **changes):
+        """Plan that is made now, for the balls on the table."""
+        plan, balls = plan_of(shot, shot_id=shot_id), sightings(self.balls or {'cue': (0.0, 0.0)})
+        return replace(plan, **{'balls': balls} | changes)
+
+    def execute(self, plan, remaining=60.0):
+        self.controller.execute(plan, remaining, lambda: self.now)
+
     def send_goal(self, shot=(0.2, 0.1, 0.2, 0.4, 3.0), shot_id='shot', remaining=60.0):
-        self.controller.execute(plan_of(shot, shot_id=shot_id), remaining, lambda: self.now)
+        self.execute(self.plan(shot, shot_id), remaining)
 
     def arm(self):
         return self.controller.arm(self.controller.shot_id, self.now)

@@ -63,7 +63,7 @@ class AnyEvents(RuleBasedStateMachine):
         self.controller = Controller(
             MECHANISM, SCENE, SETTINGS, on_command=self.judge, on_state=self.note
         )
-        self.blind, self.seen = False, -np.inf  # whether the camera has ended; its last message
+        self.camera_does, self.seen = 'see', -np.inf  # or 'repeat', 'end'; its last picture
         self.pass_time(0.02)
 
     # --- the judge ------------------------------------------------------------------------------
@@ -110,15 +110,16 @@ class AnyEvents(RuleBasedStateMachine):
                 self.controller.receive_joints(
                     *self.mechanism.measured(self.now), self.now, self.now
                 )
-            if not self.blind:
-                self.look()
+            if self.camera_does == 'see':
+                self.seen = self.now
+            if self.camera_does != 'end':
+                self.tell_table()
             self.controller.receive_clock(self.now, self.now)
             self.controller.tick(self.now)
 
-    def look(self):
-        self.seen = self.now
-        balls = {name: replace(ball, time=self.now) for name, ball in self.table.items()}
-        self.controller.receive_table(balls, self.now, self.now, self.now)
+    def tell_table(self):
+        balls = {name: replace(ball, time=self.seen) for name, ball in self.table.items()}
+        self.controller.receive_table(balls, self.seen, self.now, self.now, self.now)
 
     def say(self, name, value, written=None):
         written = self.now if written is None else written
@@ -171,7 +172,7 @@ class AnyEvents(RuleBasedStateMachine):
     @rule()
     def all_is_well(self):
         self.says = {'estop': False, 'interlock': True}
-        self.deaf = self.blind = False
+        self.deaf, self.camera_does = False, 'see'
         self.table = TABLES[0]
         self.pass_time(max(0.02, self.resumed + RECOVERY + 0.1 - self.now), 0.05)
         self.controller.clear(self.now)
@@ -182,12 +183,12 @@ class AnyEvents(RuleBasedStateMachine):
 
     @rule(table=st.sampled_from(TABLES))
     def balls_lie(self, table):
-        self.table = table
-        self.look()
+        self.table, self.seen = table, self.now
+        self.tell_table()
 
-    @rule(blind=st.booleans())
-    def camera(self, blind):
-        self.blind = blind
+    @rule(does=st.sampled_from(['see', 'repeat', 'end']))
+    def camera(self, does):
+        self.camera_does = does
 
     @rule(
         plan=st.sampled_from(PLANS),
@@ -260,7 +261,8 @@ TROUBLE = st.sampled_from(
         'interlock',
         'table',
         'deaf',
-        'blind',
+        'repeat',
+        'end',
         'off',
         'time',
     ]
@@ -299,8 +301,8 @@ class Eager(AnyEvents):
             self.balls_lie(TABLES[1])
         elif kind == 'deaf':
             self.deaf = True
-        elif kind == 'blind':
-            self.blind = True
+        elif kind in ('repeat', 'end'):
+            self.camera_does = kind
             self.pass_time(1.2, 0.05)
         elif kind in ('estop', 'interlock'):
             self.says[kind] = None

@@ -4,7 +4,7 @@ import math
 
 from hypothesis import given, settings
 import numpy as np
-from plans import Bench, contact_of, MECHANISM, plan_of, SCENE, SHOTS
+from plans import Bench, contact_of, MECHANISM, SCENE, SHOTS
 import pytest
 
 from billiard_shot.cue.execution import Settings
@@ -70,8 +70,7 @@ def test_shots_in_a_row(bench):
     ]
     for i, shot in enumerate(shots):
         bench.states.clear()
-        plan = plan_of(shot, shot_id=f'shot {i}')
-        bench.controller.execute(plan, 60.0, lambda: bench.now)
+        bench.send_goal(shot, f'shot {i}')
         bench.reach(SafetyState.AIMED)
         assert bench.arm().accepted
         bench.reach(SafetyState.DISARMED)
@@ -335,28 +334,42 @@ def test_a_ball_that_moves_disarms(bench, state):
     assert 'lies 2 mm from its planned place' in bench.results[-1].message
 
 
+@pytest.mark.parametrize('is_repeated', [False, True])
 @pytest.mark.parametrize('state', [SafetyState.AIMING, SafetyState.AIMED, SafetyState.ARMED])
-def test_a_camera_that_ends_is_noticed(state):
-    """Before, the driver fired on a picture of any age."""
+def test_a_camera_that_ends_is_noticed(state, is_repeated):
+    """Also if somebody repeats its last picture in new messages."""
     bench = Bench(settings=Settings(settle_time=4.0))
     in_state(bench, state)
-    bench.balls = None
+    if is_repeated:
+        bench.freeze()
+    else:
+        bench.balls = None
     bench.run(1.1)
     assert bench.controller.state is SafetyState.DISARMED
     assert bench.results[-1].outcome is GoalOutcome.TABLE_STALE
-    assert 'table_state: no message for' in bench.results[-1].message
-    with pytest.raises(RefusedError, match='table_state: no message for') as caught:
+    assert 'table_state: no picture for' in bench.results[-1].message
+    with pytest.raises(RefusedError, match='table_state: no picture for') as caught:
         bench.send_goal(SHOT, 'again')
     assert caught.value.outcome is GoalOutcome.TABLE_UNKNOWN
 
 
-def test_a_repeated_picture_gets_old(bench):
-    """The message is new, but the detection that it tells of is not."""
+def test_a_picture_that_was_taken_too_long_ago(bench):
+    """The message is new, but the picture of which it tells is not."""
     bench.camera_delay = 3600.0
     bench.run(0.02)
     with pytest.raises(
-        RefusedError, match=r"ball 'cue' was last detected 3\.6e\+03 s ago"
+        RefusedError, match=r'the last picture must be at most 1 s old, got 3\.6e\+03 s'
     ) as caught:
+        bench.send_goal(SHOT)
+    assert caught.value.outcome is GoalOutcome.TABLE_UNKNOWN
+
+
+def test_a_ball_must_be_seen_before_a_shot_is_aimed(bench):
+    bench.balls['8'] = (0.5, 0.0)
+    bench.run(0.02)
+    bench.hide('8')
+    bench.run(1.1)
+    with pytest.raises(RefusedError, match=r"detection of ball '8' must .* got 1\.09 s") as caught:
         bench.send_goal(SHOT)
     assert caught.value.outcome is GoalOutcome.TABLE_UNKNOWN
 
@@ -371,21 +384,50 @@ def test_a_detection_in_the_future_is_refused(bench):
 def test_the_cue_hides_the_ball_for_a_while():
     """A ball counts as lying where it was seen last, but not for ever."""
     bench = Bench(settings=Settings(unseen_timeout=6.0, arm_timeout=60.0, settle_time=10.0))
+    bench.balls['8'] = (0.5, 0.0)
+    bench.run(0.02)
     in_state(bench, SafetyState.ARMED)
-    bench.hide()
+    bench.hide('cue')
     bench.run(5.9)
     assert bench.controller.state is SafetyState.ARMED, bench.controller.reason
     bench.run(0.2)
     assert bench.results[-1].outcome is GoalOutcome.TABLE_STALE
-    with pytest.raises(RefusedError, match='was last detected'):
+    with pytest.raises(RefusedError, match='last detection of ball'):
         bench.send_goal(SHOT, 'hidden')
+
+
+def test_pictures_without_any_ball_are_no_view_of_the_table():
+    """A lens that is covered: pictures go on, but show nothing."""
+    bench = Bench(settings=Settings(arm_timeout=60.0, settle_time=10.0))
+    bench.balls['8'] = (0.5, 0.0)
+    bench.run(0.02)
+    in_state(bench, SafetyState.ARMED)
+    bench.hide('cue', '8')
+    bench.run(1.9)
+    assert bench.controller.state is SafetyState.ARMED, bench.controller.reason
+    bench.run(0.2)
+    assert bench.results[-1].outcome is GoalOutcome.TABLE_STALE
+    assert (
+        'the last picture that shows a ball must be at most 2 s old' in bench.results[-1].message
+    )
+
+
+def test_after_a_pause_a_picture_from_before_it_is_not_trusted(bench):
+    """A publisher that repeats it is still heard, but its camera may have paused, too."""
+    bench.freeze()
+    bench.run(0.1)
+    pause(bench, 0.5)
+    bench.run(4.1)
+    assert bench.controller.problems(bench.now)['table'] == (
+        'table_state: no picture since this process paused'
+    )
 
 
 def test_a_ball_that_has_moved_while_it_was_hidden(bench):
     in_state(bench, SafetyState.AIMED)
-    bench.hide()
+    bench.hide('cue')
     bench.run(0.5)
-    bench.camera_delay, bench.hidden_since = 0.0, None
+    bench.hidden.clear()
     bench.balls = {'cue': (0.0, 0.003)}
     bench.run(0.02)
     assert bench.results[-1].outcome is GoalOutcome.TABLE_MOVED
@@ -394,17 +436,17 @@ def test_a_ball_that_has_moved_while_it_was_hidden(bench):
 def test_refusals_before_anything_moves(bench):
     def refused(plan, remaining=60.0):
         with pytest.raises(RefusedError) as caught:
-            bench.controller.execute(plan, remaining, lambda: bench.now)
+            bench.execute(plan, remaining)
         return caught.value.outcome
 
-    plan = plan_of(SHOT)
+    plan = bench.plan(SHOT)
     bench.balls = {'cue': (0.1, 0.0)}
     bench.run(0.02)
     assert refused(plan) is GoalOutcome.TABLE_DIFFERS
     bench.balls = {'cue': (0.0, 0.0)}
     bench.run(0.02)
     assert refused(plan, -1.0) is GoalOutcome.ALREADY_EXPIRED
-    fast = plan_of((*SHOT[:4], 6.5), shot_id='fast')
+    fast = bench.plan((*SHOT[:4], 6.5), shot_id='fast')
     assert refused(fast) is GoalOutcome.SPEED_OUT_OF_LIMITS
     bench.send_goal(SHOT)
     assert refused(plan) is GoalOutcome.BUSY
@@ -433,6 +475,15 @@ def test_an_arm_for_another_shot_is_refused(bench):
     bench.run(1.0)
     assert bench.controller.state is SafetyState.AIMED
     assert bench.controller.arm('B', bench.now).accepted
+
+
+def test_a_table_without_balls_is_known(bench):
+    """As a tracker tells it that has just started."""
+    bench.balls = {}
+    bench.run(0.02)
+    assert bench.controller.problems(bench.now)['table'] == ''
+    with pytest.raises(RefusedError, match="'cue' of the plan is not on the table"):
+        bench.send_goal(SHOT)
 
 
 def test_table_unknown():
@@ -509,7 +560,7 @@ def test_a_pause_while_a_shot_is_prepared_is_noticed(bench):
     before = iter([bench.now])
     with pytest.raises(RefusedError, match='because this process paused') as caught:
         bench.controller.execute(
-            plan_of(SHOT),
+            bench.plan(SHOT),
             60.0,
             lambda: next(before, bench.now + Settings().max_pause + 0.01),
         )

@@ -55,7 +55,9 @@ another one, as docs/ros.md says; it advises to start it again. The player is ma
 it was the player that heard none of the three drivers.
 """
 
-STARVED = re.compile('this process did not run for|: no message for|because this process paused')
+STARVED = re.compile(
+    'this process did not run for|: no (message|picture) for|because this process paused'
+)
 """Reasons that the driver gives if it, the mechanism or this process did not run."""
 
 LONG_DELAY = 1.0

@@ -188,7 +188,7 @@ def test_a_dead_camera_is_noticed(cell, state):
             assert cell.player.until(cell.ended.done, PATIENCE)
             assert cell.ended.result().result.outcome == GoalOutcome.TABLE_STALE
         assert cell.player.until(
-            lambda: cell.health()['table'].startswith('table_state: no message for'), PATIENCE
+            lambda: cell.health()['table'].startswith('table_state: no picture for'), PATIENCE
         )
         cell.begin(cell.goal('no camera'))
         assert cell.player.until(cell.ended.done, PATIENCE)

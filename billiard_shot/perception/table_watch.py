@@ -1,0 +1,111 @@
+"""
+The balls that a camera last saw, and whether they are known well enough for a shot.
+
+A *picture* is a message of detections, also one without any.
+
+- *Always*, the last picture must have been taken within `table_timeout`; a publisher that repeats
+  the time of a picture counts as silent. Pictures may show no ball for `EMPTY_VIEW`.
+- *Before a shot is aimed*, every ball must have been detected within `table_timeout`.
+- *While a shot is aimed*, the cue and the carriage hide balls. If pictures go on, a ball may be
+  unseen for `unseen_timeout`, and counts as lying where it was seen last. This is safe, because a
+  ball at rest does not move by itself, the interlock keeps people away, and the time is limited.
+  It is ten seconds by default, because the longest way to an aim takes nine.
+- *From the goal until the stroke*, every ball must lie at its planned place, as far as is known.
+"""
+
+from dataclasses import dataclass
+import math
+from typing import ClassVar
+
+from billiard_shot.perception.heartbeat import Heartbeat
+from billiard_shot.perception.sightings import Balls, moved
+from billiard_shot.scene.checks import check
+from billiard_shot.scene.fields import number
+
+EMPTY_VIEW = 2.0
+"""Longest time from the last detection of any ball to the last picture [s]: a covered lens."""
+
+
+@dataclass(frozen=True, slots=True)
+class TableSettings:
+    """
+    Time-outs and tolerances of the table state.
+
+    Parameters
+    ----------
+    table_timeout : float
+        Longest time since the last picture on `table_state` and, before aiming, since the last
+        detection of each ball [s].
+    unseen_timeout : float
+        Longest time since the last detection of each ball while a shot is aimed, because the cue
+        hides balls [s].
+    stamp_tolerance : float
+        Largest lead of the time of a picture or a detection ahead of the clock [s].
+    table_tolerance : float
+        Largest distance of a ball from its planned place [m].
+
+    """
+
+    READ_ONLY: ClassVar = ('table_timeout', 'unseen_timeout', 'stamp_tolerance')  # as parameters
+    table_timeout: float = number('s', minimum=0.05, maximum=5.0, default=1.0)
+    unseen_timeout: float = number('s', minimum=0.05, maximum=60.0, default=10.0)
+    stamp_tolerance: float = number('s', minimum=0.0, maximum=1.0, default=0.1)
+    table_tolerance: float = number('m', minimum=0.0, maximum=0.02, default=0.001)
+
+    def __post_init__(self) -> None:
+        check(self)
+
+
+class TableWatch:
+    """
+    The last table state; times are those of a steady clock and, if so named, of the stamps [s].
+
+    Parameters
+    ----------
+    settings : TableSettings
+
+    """
+
+    def __init__(self, settings: TableSettings) -> None:
+        self.heartbeat = Heartbeat('table_state', settings.table_timeout, news='picture')
+        self._settings = settings
+        self._balls: Balls = {}
+        self._picture = -math.inf  # stamp of the last picture [s]
+        self._fault = 'table_state: no valid message received'
+
+    def record(
+        self, balls: Balls, picture: float, written: float, stamp_now: float, now: float
+    ) -> None:
+        """Take the balls of a message, and the stamps of its last picture and of now."""
+        if picture != self._picture:
+            self.heartbeat.record(written, now)
+        self._balls, self._picture, self._fault = balls, picture, ''
+        ahead = max([picture, *(ball.time for ball in balls.values())]) - stamp_now
+        if not ahead <= (tolerance := self._settings.stamp_tolerance):
+            most = f'at most {tolerance:g} s ahead of now'
+            self.reject(f'table_state: stamps must be {most}, got {ahead:.3g} s')
+
+    def reject(self, reason: str) -> None:
+        """Know the balls no longer, because a message was not valid."""
+        self._balls, self._fault = {}, reason
+
+    def moved(self, planned: Balls, *, is_aimed: bool) -> str:
+        """Return which ball does not lie, or is not seen, at its planned place; '' if all do."""
+        return moved(planned, self._balls, self._settings.table_tolerance, is_aimed)
+
+    def stale(self, stamp_now: float, now: float, *, is_aimed: bool) -> str:
+        """Return why the last picture or detections are too old for a shot; '' if they are not."""
+        if problem := self._fault or self.heartbeat.stale(now):
+            return problem
+        settings, picture = self._settings, self._picture
+        limit = settings.unseen_timeout if is_aimed else settings.table_timeout
+        ages = {'picture': (stamp_now - picture, settings.table_timeout)}
+        for name, ball in self._balls.items():
+            ages[f'detection of ball {name!r}'] = stamp_now - ball.time, limit
+        newest = max((ball.time for ball in self._balls.values()), default=picture)
+        ages['picture that shows a ball'] = picture - newest, EMPTY_VIEW
+        for event, (age, longest) in ages.items():
+            if not age <= longest:
+                most = f'at most {longest:g} s old'
+                return f'table_state: the last {event} must be {most}, got {age:.3g} s'
+        return ''
