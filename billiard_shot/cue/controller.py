@@ -266,6 +266,8 @@ class Controller:
             raise RefusedError(GoalOutcome.TABLE_UNKNOWN, problem)
         if problem := self.table.moved(plan.balls, is_aimed=False):
             raise RefusedError(GoalOutcome.TABLE_DIFFERS, problem)
+        if problem := self.table.uncertain(plan.balls):
+            raise RefusedError(GoalOutcome.TABLE_UNKNOWN, problem)
         shot = prepare_shot(self.mechanism, self._scene, plan)
         expires, expiry = now + remaining, self.clock.time + remaining
         now = clock()
@@ -474,6 +476,7 @@ class Controller:
             (GoalOutcome.EXPIRED, 'the goal has expired' if expired else ''),
             (GoalOutcome.TABLE_STALE, self.table.stale(stamp_now, now, is_aimed=True)),
             (GoalOutcome.TABLE_MOVED, self.table.moved(planned, is_aimed=True)),
+            (GoalOutcome.TABLE_STALE, self.table.uncertain(planned)),
             (
                 GoalOutcome.ARM_TIMEOUT,
                 f'armed for more than {limit:g} s without firing' if late else '',

@@ -66,6 +66,25 @@ def moved(planned: Balls, seen: Balls, tolerance: float, may_be_hidden: bool = F
     return ''
 
 
+def uncertain(planned: Balls, seen: Balls, limit: float) -> str:
+    """
+    Return of which ball the distance from its planned place is not known; '' if there is none.
+
+    It is known if `SURE_SIGMAS` of its standard deviations are at most `limit` [m] in every
+    direction, because a distance of zero has none.
+    """
+    for name in sorted(planned.keys() & seen.keys()):
+        covariances = planned[name].covariance, seen[name].covariance
+        xx, xy, yy = (a + b for a, b in zip(*covariances, strict=True))
+        largest = 0.5 * (xx + yy) + math.hypot(0.5 * (xx - yy), xy)  # eigenvalue
+        if not (error := SURE_SIGMAS * math.sqrt(max(largest, 0.0))) <= limit:
+            return (
+                f'ball {name!r}: {SURE_SIGMAS:g} standard deviations of its distance from the '
+                f'planned place must be at most {1e3 * limit:g} mm, got {1e3 * error:.3g} mm'
+            )
+    return ''
+
+
 def distance_between(one: Sighting, other: Sighting) -> tuple[float, float]:
     """Distance of two sightings [m], and the standard deviation of the distance [m]."""
     dx, dy = (b - a for a, b in zip(one.position, other.position, strict=True))
@@ -73,5 +92,6 @@ def distance_between(one: Sighting, other: Sighting) -> tuple[float, float]:
     xx, xy, yy = (a + b for a, b in zip(one.covariance, other.covariance, strict=True))
     if not distance > 0.0:
         return distance, 0.0
-    variance = (dx * dx * xx + 2.0 * dx * dy * xy + dy * dy * yy) / distance**2
+    u, v = dx / distance, dy / distance
+    variance = u * u * xx + 2.0 * u * v * xy + v * v * yy
     return distance, math.sqrt(max(variance, 0.0))

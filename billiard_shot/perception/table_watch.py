@@ -10,7 +10,8 @@ A *picture* is a message of detections, also one without any.
   unseen for `unseen_timeout`, and counts as lying where it was seen last. This is safe, because a
   ball at rest does not move by itself, the interlock keeps people away, and the time is limited.
   It is ten seconds by default, because the longest way to an aim takes nine.
-- *From the goal until the stroke*, every ball must lie at its planned place, as far as is known.
+- *From the goal until the stroke*, every ball must lie at its planned place, as far as is known,
+  and it must be known well enough to notice a motion by 3 mm (`PRECISION`).
 """
 
 from dataclasses import dataclass
@@ -18,12 +19,15 @@ import math
 from typing import ClassVar
 
 from billiard_shot.perception.heartbeat import Heartbeat
-from billiard_shot.perception.sightings import Balls, moved
+from billiard_shot.perception.sightings import Balls, moved, uncertain
 from billiard_shot.scene.checks import check
 from billiard_shot.scene.fields import number
 
 EMPTY_VIEW = 2.0
 """Longest time from the last detection of any ball to the last picture [s]: a covered lens."""
+
+PRECISION = 1.5e-3
+"""Largest uncertainty of the distance of a ball from its planned place [m], see `uncertain`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,6 +96,10 @@ class TableWatch:
     def moved(self, planned: Balls, *, is_aimed: bool) -> str:
         """Return which ball does not lie, or is not seen, at its planned place; '' if all do."""
         return moved(planned, self._balls, self._settings.table_tolerance, is_aimed)
+
+    def uncertain(self, planned: Balls) -> str:
+        """Return of which ball the distance from its planned place is not known; '' if of none."""
+        return uncertain(planned, self._balls, PRECISION)
 
     def stale(self, stamp_now: float, now: float, *, is_aimed: bool) -> str:
         """Return why the last picture or detections are too old for a shot; '' if they are not."""

@@ -453,6 +453,36 @@ def test_refusals_before_anything_moves(bench):
     assert bench.states == [SafetyState.AIMING]
 
 
+@pytest.mark.parametrize('state', [SafetyState.DISARMED, SafetyState.AIMED, SafetyState.ARMED])
+def test_a_layout_that_hides_a_motion_of_3_mm_is_not_played(bench, state):
+    """Four standard deviations of the distance are 1.6 mm; before, 1 m^2 allowed any place."""
+    uncertain = (4e-4**2, 0.0, 1e-8)
+    if state is not SafetyState.DISARMED:
+        in_state(bench, state)
+    bench.covariance = uncertain
+    bench.run(0.02)
+    words = (
+        "ball 'cue': 4 standard deviations of its distance from the planned place must be at most "
+        '1.5 mm, got 1.6 mm'
+    )
+    if state is SafetyState.DISARMED:
+        with pytest.raises(RefusedError, match=words) as caught:
+            bench.send_goal(SHOT)
+        assert caught.value.outcome is GoalOutcome.TABLE_UNKNOWN
+    else:
+        assert bench.results[-1].outcome is GoalOutcome.TABLE_STALE
+        assert bench.results[-1].message == words
+
+
+def test_a_ball_that_moves_by_3_mm_is_noticed_at_the_largest_uncertainty(bench):
+    bench.covariance = (3.7e-4**2, 0.0, 3.7e-4**2)
+    bench.run(0.02)
+    in_state(bench, SafetyState.AIMED)
+    bench.balls = {'cue': (0.003, 0.0)}
+    bench.run(0.02)
+    assert bench.results[-1].outcome is GoalOutcome.TABLE_MOVED
+
+
 def test_a_shot_is_played_once(bench):
     bench.play(SHOT, 'a')
     with pytest.raises(RefusedError, match="shot_id must be new, got 'a'") as caught:
