@@ -16,7 +16,7 @@ import numpy as np
 
 from billiard_shot.cue.clock import ClockWatch
 from billiard_shot.cue.execution import Command, Execution, Result, Settings
-from billiard_shot.cue.goals import check_goal
+from billiard_shot.cue.goals import check_goal, check_stamp
 from billiard_shot.cue.inputs import HeartbeatInput
 from billiard_shot.cue.joint_trajectory import JointTrajectory
 from billiard_shot.cue.measurement import MeasuredStrike, StrikeDetector
@@ -100,6 +100,7 @@ class Controller:
         self._tell_state, self._tell_command = on_state, on_command
         self._tell_strike, self._tell_result = on_strike, on_result
         self._played: deque[str] = deque(maxlen=REMEMBERED)  # ids of shots
+        self._started = math.inf  # first time of the clock of goals, or an earlier one if set back
         self.position = self.velocity = np.full(len(JOINTS), math.nan)
         self._execution: Execution | None = None
         self._begin = 0.0  # of the current trajectory
@@ -195,8 +196,10 @@ class Controller:
             self._watch_brake(now)
 
     def receive_clock(self, time: float, now: float) -> None:
-        """Take a reading of the clock of goals' expiries [s]; if it fails, no stroke begins."""
+        """Take a reading of the clock of goals [s], 0 if it has not started; see `ClockWatch`."""
         self.clock.update(time, now)
+        if time > 0.0:
+            self._started = min(self._started, time)
 
     def receive_other_drivers(self, names: Sequence[str], now: float) -> None:
         """Take the names of other nodes that command the mechanism; any such node is a fault."""
@@ -262,6 +265,7 @@ class Controller:
         if moving := self._moving_joint():
             raise RefusedError(GoalOutcome.NOT_READY, moving)
         check_goal(plan.shot_id, remaining, self._played, self.settings.max_goal_validity)
+        check_stamp(plan.made, self._started, self.clock.time + self.settings.stamp_tolerance)
         if problem := self.table.stale(self.clock.time, now, is_aimed=False):
             raise RefusedError(GoalOutcome.TABLE_UNKNOWN, problem)
         if problem := self.table.moved(plan.balls, is_aimed=False):

@@ -1,4 +1,4 @@
-"""Goals to play a shot: each shot is played once, and within a limited time."""
+"""Goals to play a shot: each shot is played once, within a limited time, and by one program."""
 
 from collections.abc import Container
 
@@ -31,4 +31,14 @@ def check_goal(
         raise RefusedError(
             GoalOutcome.INVALID_PLAN,
             f'expiry must be at most {max_validity:g} s ahead, got {remaining:.6g} s',
+        )
+
+
+def check_stamp(stamp: float, started: float, latest: float) -> None:
+    """Refuse a plan made before this program `started`, as 0 means, or after `latest` [s]."""
+    if not started <= stamp <= latest:  # a program that is started again has forgotten its shots
+        raise RefusedError(
+            GoalOutcome.INVALID_PLAN if stamp > latest else GoalOutcome.ALREADY_EXPIRED,
+            f'plan.header.stamp must be from {started:.3f}, the start of the driver, to '
+            f'{latest:.3f}, got {stamp:.3f} (s)',
         )

@@ -25,7 +25,7 @@ class GoalOutcome(IntEnum):
     BUSY = 101  # another shot is being executed
     INVALID_PLAN = 102  # a field is invalid, or contradicts another field
     ALREADY_PLAYED = 103  # the cue has been aimed for this shot before
-    ALREADY_EXPIRED = 104
+    ALREADY_EXPIRED = 104  # or the plan is from before the start of this program
     TABLE_UNKNOWN = 105  # the balls are not known well enough: too old, invalid or uncertain
     TABLE_DIFFERS = 106  # a ball does not lie at its planned place
     NOT_PREDICTED = 107  # the library refuses the stroke, or its prediction did not finish

@@ -60,6 +60,8 @@ class ShotPlan:
         Downward angle of the stroke [rad]; the same as that of the quaternion.
     balls : mapping of str to Sighting
         The balls for which the shot was planned; the cue ball is `cue`.
+    made : float
+        When the plan was made, on the clock of the messages [s]; 0: not known.
 
     """
 
@@ -69,6 +71,7 @@ class ShotPlan:
     speed: float
     elevation: float
     balls: Balls
+    made: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -44,7 +44,7 @@ class TableSettings:
         Longest time since the last detection of each ball while a shot is aimed, because the cue
         hides balls [s].
     stamp_tolerance : float
-        Largest lead of the time of a picture or a detection ahead of the clock [s].
+        Largest lead of the time of a picture, a detection or a plan ahead of the clock [s].
     table_tolerance : float
         Largest distance of a ball from its planned place [m].
 

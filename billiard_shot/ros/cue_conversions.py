@@ -84,6 +84,7 @@ def shot_plan_of(message: Plan, frame: str) -> ShotPlan:
         message.speed,
         message.elevation,
         balls,
+        seconds(message.header.stamp),
     )
 
 

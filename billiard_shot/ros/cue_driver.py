@@ -168,6 +168,8 @@ class CueDriver(LifecycleNode):
             on_strike=self._tell_strike,
             on_result=self._finish,
         )
+        started = self.get_clock().now().nanoseconds
+        self._controller.receive_clock(1e-9 * started, steady_time())
         steady_timer(self, 1.0, self._look_after)
         if self._own.autostart and self.trigger_configure() is SUCCESS:
             self.trigger_activate()

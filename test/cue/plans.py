@@ -160,7 +160,7 @@ class Bench:
     def plan(self, shot=(0.2, 0.1, 0.2, 0.4, 3.0), shot_id='shot', **changes):
         """Plan that is made now, for the balls on the table."""
         plan, balls = plan_of(shot, shot_id=shot_id), sightings(self.balls or {'cue': (0.0, 0.0)})
-        return replace(plan, **{'balls': balls} | changes)
+        return replace(plan, **{'balls': balls, 'made': self.stamp} | changes)
 
     def execute(self, plan, remaining=60.0):
         self.controller.execute(plan, remaining, lambda: self.now)

@@ -196,7 +196,7 @@ class AnyEvents(RuleBasedStateMachine):
         remaining=st.sampled_from([-1.0, 2.0, 60.0]),
     )
     def send_goal(self, plan, number, remaining):
-        plan = replace(plan, shot_id=str(number))
+        plan = replace(plan, shot_id=str(number), made=self.now)
         try:
             self.controller.execute(plan, remaining, lambda: self.now)
         except RefusedError:

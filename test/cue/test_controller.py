@@ -483,6 +483,33 @@ def test_a_ball_that_moves_by_3_mm_is_noticed_at_the_largest_uncertainty(bench):
     assert bench.results[-1].outcome is GoalOutcome.TABLE_MOVED
 
 
+@pytest.mark.parametrize(
+    ('made', 'outcome'),
+    [
+        (999.0, GoalOutcome.ALREADY_EXPIRED),
+        (0.0, GoalOutcome.ALREADY_EXPIRED),
+        (math.nan, GoalOutcome.ALREADY_EXPIRED),
+        (1001.0, GoalOutcome.INVALID_PLAN),
+    ],
+)
+def test_a_plan_from_before_the_start_or_ahead_of_the_clock_is_refused(bench, made, outcome):
+    """Another program may have played it, or may play it after the next start."""
+    with pytest.raises(RefusedError, match=r'plan\.header\.stamp must be from 1000\.') as caught:
+        bench.execute(bench.plan(SHOT, made=made))
+    assert caught.value.outcome is outcome
+    bench.send_goal(SHOT)
+
+
+def test_a_clock_that_was_set_back_does_not_shut_out_new_plans(bench):
+    old = bench.plan(SHOT, 'old')
+    bench.clock_offset -= 100.0
+    bench.run(2.1)
+    with pytest.raises(RefusedError, match='must be from 900') as caught:
+        bench.execute(old)
+    assert caught.value.outcome is GoalOutcome.INVALID_PLAN
+    assert bench.play(SHOT, 'new').outcome is GoalOutcome.OK
+
+
 def test_a_shot_is_played_once(bench):
     bench.play(SHOT, 'a')
     with pytest.raises(RefusedError, match="shot_id must be new, got 'a'") as caught:

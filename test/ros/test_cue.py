@@ -206,6 +206,11 @@ def test_refused_by_name(cell):
             GoalOutcome.INVALID_PLAN,
             'map',
         ),
+        (
+            lambda goal: setattr(goal.plan.header.stamp, 'sec', 5),
+            GoalOutcome.ALREADY_EXPIRED,
+            'plan.header.stamp must be from ',
+        ),
     ]
     for change, wanted, words in changes:
         found, message = changed(change)

@@ -1,5 +1,6 @@
 """The mechanical cue's messages to the library and back, without any middleware."""
 
+from dataclasses import replace
 import math
 from unittest.mock import MagicMock
 
@@ -37,7 +38,7 @@ BALLS = {
 
 def plan(a=0.1, b=0.2, elevation=0.3, azimuth=1.0, speed=2.0):
     stroke = Stroke.from_offsets(a, b, elevation, azimuth, speed)
-    return conversions.plan_of(stroke, BALLS, SCENE, 'shot')
+    return replace(conversions.plan_of(stroke, BALLS, SCENE, 'shot'), made=5.0)
 
 
 def message_of(plan):
