@@ -11,11 +11,10 @@ pytest.importorskip('billiard_shot_msgs', reason='needs ROS 2')
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from std_srvs.srv import Trigger
-from waiting import PATIENCE
+import waiting
+from waiting import PATIENCE, PatientCaller
 
-from billiard_shot.ros import service_caller
 from billiard_shot.ros.client import NotReadyError, RobotClient
-from billiard_shot.ros.service_caller import ServiceCaller
 
 
 class Stand:
@@ -88,7 +87,7 @@ def come_up():
 
 def test_a_lost_request_is_sent_again_if_it_is_repeatable(node, come_up):
     stand = Stand(node, partial(AskedTooEarly, come_up))
-    late = ServiceCaller(stand, Trigger, 'late')
+    late = PatientCaller(stand, Trigger, 'late')
     answer = late.call(Trigger.Request(), timeout=PATIENCE, repeatable=True)
     assert isinstance(answer, Trigger.Response)
     assert late.client.requests > 1
@@ -97,7 +96,7 @@ def test_a_lost_request_is_sent_again_if_it_is_repeatable(node, come_up):
 
 def test_other_requests_are_sent_once(node, come_up):
     stand = Stand(node, partial(AskedTooEarly, come_up))
-    late = ServiceCaller(stand, Trigger, 'late')
+    late = PatientCaller(stand, Trigger, 'late')
     with pytest.raises(TimeoutError, match='no answer from /late'):
         late.call(Trigger.Request(), timeout=1.0)
     assert late.client.requests == 1
@@ -105,17 +104,17 @@ def test_other_requests_are_sent_once(node, come_up):
 
 
 def test_a_new_client_replaces_one_that_the_server_never_discovers(node, come_up, monkeypatch):
-    monkeypatch.setattr(service_caller, 'RETRY_PERIOD', 0.5)
-    monkeypatch.setattr(service_caller, 'RENEWAL_PERIOD', 2.0)
+    monkeypatch.setattr(waiting, 'RETRY_PERIOD', 0.5)
+    monkeypatch.setattr(waiting, 'RENEWAL_PERIOD', 2.0)
     come_up()
     clients = len(list(node.clients))
     stand = Stand(node, NeverDiscovered)
-    late = ServiceCaller(stand, Trigger, 'late')
+    late = PatientCaller(stand, Trigger, 'late')
     answer = late.call(Trigger.Request(), timeout=PATIENCE, repeatable=True)
     assert isinstance(answer, Trigger.Response)
     assert len(list(node.clients)) == clients + 1
     # Later calls must not wait for the first client again.
-    monkeypatch.setattr(service_caller, 'RENEWAL_PERIOD', math.inf)
+    monkeypatch.setattr(waiting, 'RENEWAL_PERIOD', math.inf)
     assert isinstance(late.call(Trigger.Request(), PATIENCE, repeatable=True), Trigger.Response)
     stand.destroy_client(late.client)
     assert len(list(node.clients)) == clients

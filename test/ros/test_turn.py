@@ -1,8 +1,10 @@
 """Turns of games with the mechanical cue: real processes, and rulings from pictures."""
 
+from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
 import os
+import re
 import signal
 from types import SimpleNamespace
 import warnings
@@ -68,8 +70,22 @@ def test_states_there_and_back():
 class Client:
     """Client of a robot that plays every stroke; a camera then sees the balls at `after`."""
 
-    def __init__(self, before, after, error=None):
+    def __init__(self, before, after, error=None, cancel_at=None, stopped=False):
         self.seen, self.after, self.error = before, after, error
+        self.cancel_at, self.stopped = cancel_at, stopped
+        self.is_canceled = self.goes_on = False
+
+    def reach(self, moment):
+        """Cancel at a moment, which ends the wait unless the client goes on to the end."""
+        self.is_canceled |= moment == self.cancel_at
+        if self.is_canceled and not self.goes_on:
+            raise CanceledError('canceled')
+
+    @contextmanager
+    def to_the_end(self):
+        self.goes_on = True
+        yield
+        self.goes_on = False
 
     def create_subscription(self, *_):
         return None
@@ -91,16 +107,23 @@ class Client:
         if self.error:
             raise self.error
         if strike:
+            self.reach('watch')
             self.seen = self.after
         return {name: Sighting(place) for name, place in self.seen.items()}
 
     def goal(self, stroke, scene, shot_id):
         return shot_id
 
-    def execute(self, goal, may_fire):
+    def execute(self, goal, may_fire, on_aimed):
+        on_aimed()
+        self.reach('aimed')
+        assert may_fire()
+        self.is_canceled |= self.cancel_at == 'firing'
         strike = SimpleNamespace(header=SimpleNamespace(stamp=1))
-        result = SimpleNamespace(strike=strike)
-        return SimpleNamespace(status=GoalStatus.STATUS_SUCCEEDED, result=result)
+        outcome, message = (4, 'the emergency stop') if self.stopped else (0, 'done')
+        status = GoalStatus.STATUS_ABORTED if self.stopped else GoalStatus.STATUS_SUCCEEDED
+        result = SimpleNamespace(strike=strike, struck=True, outcome=outcome, message=message)
+        return SimpleNamespace(status=status, result=result)
 
 
 class Shooter:
@@ -121,7 +144,7 @@ def turn_of(client, state, asked=None, agent=None):
         return asked
 
     tell = lambda stage, message, shot_id, balls: told.append((stage, message))  # noqa: E731
-    return Turn(GameTable(client, SCENE), agent or Shooter(), tell, ask, lambda: True, state), told
+    return Turn(GameTable(client, SCENE), agent or Shooter(), tell, ask, True, state), told
 
 
 def without(*names):
@@ -154,14 +177,39 @@ def test_somebody_is_asked_for_what_pictures_do_not_show():
     ('error', 'outcome'),
     [
         (TableUnknownError("ball '9' is not seen"), PlayTurn.Result.TABLE_UNKNOWN),
-        (NotReadyError('cue_driver: there is no such node'), PlayTurn.Result.NOT_READY),
-        (CanceledError(), PlayTurn.Result.CANCELED),
+        (NotReadyError('cue_driver: no such node is known so far'), PlayTurn.Result.NOT_READY),
+        (CanceledError('canceled'), PlayTurn.Result.CANCELED),
     ],
 )
 def test_a_turn_that_cannot_go_on_says_why(error, outcome):
     turn, _ = turn_of(Client(BALLS, BALLS, error), game_of('practice'))
-    assert turn.play() == (outcome, str(error) or 'canceled')
+    assert turn.play() == (outcome, str(error))
     assert turn.state == game_of('practice')
+
+
+@pytest.mark.parametrize('moment', ['firing', 'watch'])
+def test_a_cancel_after_the_strike_waits_for_the_ruling(moment):
+    """Before, the state was that before the shot, although the balls lay elsewhere."""
+    after, state = without('1'), game_of('eight_ball', groups=('solids', 'stripes'))
+    seen = Outcome(first_contact='1', pocketed=(('1', 'foot_left'),), places=after)
+    turn, told = turn_of(Client(BALLS, after, cancel_at=moment), state, seen)
+    assert turn.play() == (PlayTurn.Result.CANCELED, 'canceled')
+    assert turn.state.shots == 1
+    assert turn.state.balls == after
+    assert told[-1][0] == TurnStage.JUDGED
+
+
+def test_a_cancel_before_the_strike_ends_the_turn():
+    turn, _ = turn_of(Client(BALLS, BALLS, cancel_at='aimed'), game_of('practice'))
+    assert turn.play() == (PlayTurn.Result.CANCELED, 'canceled')
+    assert turn.state == game_of('practice')
+
+
+def test_a_stroke_that_was_stopped_after_it_met_the_ball_is_judged():
+    state = game_of('eight_ball', groups=('solids', 'stripes'))
+    turn, _ = turn_of(Client(BALLS, without('cue'), stopped=True), state)
+    assert turn.play() == (PlayTurn.Result.NOT_PLAYED, 'ESTOP: the emergency stop')
+    assert turn.state.in_hand == 'anywhere'
 
 
 class Failing(Shooter):
@@ -207,7 +255,7 @@ def test_two_balls_are_cleared(cell):
         told.append((stage, message, balls))
 
     agent = find_agent('player')(SCENE, 0)
-    turn = Turn(GameTable(cell.player, SCENE), agent, tell, None, lambda: True, state)
+    turn = Turn(GameTable(cell.player, SCENE), agent, tell, None, True, state)
     assert turn.play() == (PlayTurn.Result.OVER, 'player 0 wins'), told
     assert sorted(ball for shot in turn.shots for ball in shot.gone) == ['1', '2']
     assert all(not shot.fouls for shot in turn.shots)
@@ -244,7 +292,8 @@ def server(cell, launch_once, tmp_path, monkeypatch):
 
     for left in reversed(range(STARTS)):
         process = launch_once(
-            'player', '-r', f'__ns:={SPACE}', '--', '--serve', '--scene', 'robot_table'
+            *('player', '-r', f'__ns:={SPACE}', '--', '--serve', '--scene', 'robot_table'),
+            *('--modules', 'failing.agent'),
         )
         action = ActionClient(cell.player, PlayTurn, f'{SPACE}/play_turn')
         if cell.player.until(partial(answered, action), PATIENCE / 2):
@@ -281,11 +330,18 @@ def test_the_action_plays_a_turn(cell, server):
     assert not refused.success
     assert 'shot_id must be' in refused.message
 
-    bad = PlayTurn.Goal(state=GameState(game='cricket'))
-    answer = ended(cell, begin(cell, action, bad, []))
-    assert answer.status == GoalStatus.STATUS_ABORTED
-    assert answer.result.outcome == PlayTurn.Result.INVALID
-    assert "'cricket'" in answer.result.message
+    for game, agent, words in (
+        ('cricket', '', "state.game must be one of .*, got 'cricket'"),
+        ('../../x', '', r"state.game .*, got '\.\./\.\./x'"),
+        ('failing.another', '', "got 'failing.another'"),
+        ('practice', 'os.path', "agent must be one of .*, got 'os.path'"),
+        ('practice', 'player:effort=much', 'effort must be a number'),
+    ):
+        bad = PlayTurn.Goal(state=GameState(game=game), agent=agent)
+        answer = ended(cell, begin(cell, action, bad, []))
+        assert answer.status == GoalStatus.STATUS_ABORTED
+        assert answer.result.outcome == PlayTurn.Result.INVALID
+        assert re.search(words, answer.result.message), answer.result.message
 
     goal = PlayTurn.Goal(state=GameState(game='practice', phase='play'), agent='failing.agent')
     answer = ended(cell, begin(cell, action, goal, []))
