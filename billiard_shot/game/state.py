@@ -31,6 +31,9 @@ GROUPS = ('', ''), ('solids', 'stripes'), ('stripes', 'solids')
 # rack, let the offender break again, let the other player shoot.
 CHOICES = ('accept', 'kitchen', 'break', 'rebreak', 'pass')
 
+# Values of fields in a game of one player.
+ALONE = {'player': (0,), 'breaker': (0,), 'winner': (0, None), 'choices': ((),)}
+
 
 def _field(wanted: str, convert: Callable[[Any], Any], default: Any = None) -> Any:
     """Field that a function converts; it raises TypeError or ValueError for a wrong value."""
@@ -82,8 +85,9 @@ def _of_its_game(state: Any) -> Iterator[Mistake]:
     except ValueError as error:
         yield from found_in(error)
         return
-    if game.players == 1 and (state.player, state.breaker, state.winner or 0) != (0, 0, 0):
-        yield Mistake(('player',), must_be(f'0 in {game.name}', 1))
+    for field, allowed in ALONE.items() if game.players == 1 else ():
+        if (value := getattr(state, field)) not in allowed:
+            yield Mistake((field,), must_be(f'{allowed[0]} in {game.name}', value))
     balls = dict.fromkeys((CUE_BALL, *game.balls))
     if others := [ball for ball in state.balls if ball not in balls]:
         yield Mistake(('balls',), must_be_one_of(balls, others[0]))

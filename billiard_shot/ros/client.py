@@ -475,8 +475,8 @@ class RobotClient(Node):
                     self.until(answer, patience)
 
     def _is_aimed(self, goal: ExecuteShot.Goal) -> bool:
-        last = self.states[-1]
-        return last.state == SafetyState.AIMED and last.shot_id == goal.plan.shot_id
+        aimed = SafetyState.AIMED, goal.plan.shot_id
+        return any((last.state, last.shot_id) == aimed for last in self.states[-1:])
 
 
 def result_of(future: 'Future[Any]') -> Any:

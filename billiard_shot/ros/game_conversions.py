@@ -11,6 +11,7 @@ import numpy as np
 from billiard_shot.game.state import State
 from billiard_shot.ros.conversions import filled, sightings_of
 from billiard_shot.scene import Scene
+from billiard_shot.scene.errors import refused
 from billiard_shot.scene.placement import CUE_BALL
 
 OF_THE_TABLE = ('length', 'width', 'radius', 'balls', 'time_left')
@@ -41,6 +42,8 @@ def state_of(message: GameState, balls: Mapping[str, tuple[float, float]], scene
     values['balls'] = {
         name: place for name, place in balls.items() if name != CUE_BALL or not message.in_hand
     }
+    if not (CUE_BALL in values['balls'] or message.in_hand or message.choices or message.over):
+        raise refused(sorted(balls), f'with {CUE_BALL!r}, which is not in hand', 'balls')
     values['length'], values['width'] = scene.table.length, scene.table.width
     values['radius'] = scene.ball.radius
     return State(**values)

@@ -110,7 +110,7 @@ class Operator:
             answer = self._rule.call_async(request)
             answer.add_done_callback(lambda done: say(f'  {result_of(done).message or "used"}'))
         elif line:
-            say(f'  {line!r} is not asked for now')
+            say(f'  "{line}" is not asked for now')
 
 
 def play_turn(

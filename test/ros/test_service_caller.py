@@ -8,6 +8,7 @@ import pytest
 
 pytest.importorskip('billiard_shot_msgs', reason='needs ROS 2')
 
+from rcl_interfaces.msg import Log
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from std_srvs.srv import Trigger
@@ -118,6 +119,35 @@ def test_a_new_client_replaces_one_that_the_server_never_discovers(node, come_up
     assert isinstance(late.call(Trigger.Request(), PATIENCE, repeatable=True), Trigger.Response)
     stand.destroy_client(late.client)
     assert len(list(node.clients)) == clients
+
+
+def test_a_request_of_a_client_that_may_be_repeated_is_sent_again(node, come_up):
+    client = RobotClient('asking', '/early')
+    late = AskedTooEarly(come_up, client.create_client(Trigger, '/late'))
+    assert isinstance(client.call(late, Trigger.Request(), attempts=15), Trigger.Response)
+    assert late.requests > 1
+    client.destroy_node()
+
+
+def test_a_wait_goes_on_as_long_as_the_node_shows_progress(node, monkeypatch):
+    """Before, a client gave up although the planner, which it waited for, logged its progress."""
+    client = RobotClient('waiting', '/slow', timeout=5.0)
+    now, parts = 0.0, 0
+
+    def until(ready, seconds):
+        nonlocal now, parts
+        now += seconds + 0.01
+        parts += parts < 20
+        client._on_log(Log(name='slow.planner', msg=f'{parts} of 20 parts'))
+        return ready()
+
+    monkeypatch.setattr('billiard_shot.ros.client.monotonic', lambda: now)
+    monkeypatch.setattr(client, 'until', until)
+    client.wait_for('planner', lambda: parts == 20)
+    assert now > 20.0
+    with pytest.raises(NotReadyError, match='waited for 5 s'):  # without progress
+        client.wait_for('planner', lambda: False)
+    client.destroy_node()
 
 
 def test_a_wait_repeats_what_the_node_logged_last(node):

@@ -1,11 +1,12 @@
 """Turns of games with the mechanical cue: real processes, and rulings from pictures."""
 
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from functools import partial
 import os
 import re
 import signal
+import subprocess
 from types import SimpleNamespace
 import warnings
 
@@ -18,6 +19,7 @@ from billiard_shot_msgs.action import PlayTurn
 from billiard_shot_msgs.msg import GameState, TableState
 from billiard_shot_msgs.srv import PlaceBalls, RuleShot
 from cell import PATIENT, STARTS
+from hypothesis import given, strategies
 from rclpy.action import ActionClient
 from waiting import PATIENCE, PatientCaller
 
@@ -25,6 +27,7 @@ from billiard_shot import Scene, Stroke
 from billiard_shot.game.call import Call, Decision
 from billiard_shot.game.game import start
 from billiard_shot.game.outcome import Outcome
+from billiard_shot.game.state import State
 from billiard_shot.game.tournament import find_agent
 from billiard_shot.perception.sightings import Sighting
 from billiard_shot.ros.client import CanceledError, NotReadyError, TableUnknownError
@@ -62,6 +65,42 @@ def test_states_there_and_back():
         state_of(GameState(game='practice', phase='middle'), BALLS, SCENE)
     with pytest.raises(ValueError, match="'cricket'"):
         state_of(GameState(game='cricket'), BALLS, SCENE)
+
+
+TEXTS = strategies.text(max_size=5) | strategies.sampled_from(
+    [
+        'practice',
+        'eight_ball',
+        'nine_ball',
+        '../../x',
+        'play',
+        'break',
+        'kitchen',
+        'pass',
+        'solids',
+    ]
+)
+
+
+@given(
+    game=TEXTS,
+    player=strategies.integers(0, 255),
+    phase=TEXTS,
+    in_hand=TEXTS,
+    choices=strategies.lists(TEXTS, max_size=3) | strategies.just(['accept'] * 100_000),
+    groups=strategies.lists(TEXTS, min_size=2, max_size=2),
+    fouls=strategies.lists(strategies.integers(-(2**31), 2**31 - 1), min_size=2, max_size=2),
+    winner=strategies.integers(-128, 127),
+    over=strategies.booleans(),
+    balls=strategies.dictionaries(
+        strategies.sampled_from(['cue', '1', '15', '16', '\x1b[2J']),
+        strategies.tuples(strategies.floats(), strategies.floats()),
+    ),
+)
+def test_any_message_is_a_state_or_is_refused(balls, **fields):
+    with suppress(ValueError):
+        state = state_of(GameState(**fields), balls, SCENE)
+        assert state.choices or state.over or state.in_hand or 'cue' in state.balls
 
 
 # --- what pictures do not show -------------------------------------------------------------------
@@ -372,3 +411,28 @@ def test_the_action_plays_a_turn(cell, server):
     left = {ball.id for ball in answer.result.balls}
     assert left == {'cue', '1', '9'} - {ball for shot in shots for ball in shot.gone}
     assert isinstance(cell.player.table, TableState)
+
+
+def test_a_turn_at_the_terminal(cell, server, launch_once, tmp_path):
+    """The operator types `fire` for each shot; the file has the game after the turn."""
+    state = start('practice', SCENE, seed=1, balls=1)
+    file = tmp_path / 'game.json'
+    state.save(file)
+    process = launch_once(
+        *('player', '-r', f'__ns:={SPACE}', '--'),
+        *('--state', str(file), '--scene', 'robot_table', '--agent', 'greedy'),
+        stdin=subprocess.PIPE,
+    )
+    said = []
+    for line in process.stdout:
+        said.append(line)
+        if ' aimed;' in line:
+            process.stdin.write('?\nfire\n')
+            process.stdin.flush()
+    assert process.wait(PATIENCE) in (0, 1), said
+    assert any('"?" is not asked for now' in line for line in said)
+    assert any(line.startswith('  ruling ') for line in said), said
+    assert said[-1].startswith('  turn        '), said
+    after = State.load(file)
+    assert after.over
+    assert after.shots > 0
