@@ -41,6 +41,9 @@ from billiard_shot.ros.terminal import escaped
 T = TypeVar('T')
 
 TurnStage = PlayTurn.Feedback
+AIMED = 'aimed'
+"""Message of the feedback that tells when a shot waits to be armed."""
+
 Tell: TypeAlias = Callable[[int, str, str, Places], object]
 """Called with the stage, a message, the id of the shot, and the balls of the stage PLACE."""
 
@@ -151,7 +154,7 @@ class Turn:
             raise NotPlayedError(str(error)) from None
         self.tell(TurnStage.PLAY, decision.reason or 'plays', shot_id, {})
         self.table.records.clear()
-        aimed = partial(self.tell, TurnStage.PLAY, 'aimed', shot_id, {})
+        aimed = partial(self.tell, TurnStage.PLAY, AIMED, shot_id, {})
         answer = self.table.client.execute(goal, lambda: self.arms, aimed)
         result = answer.result
         ended = answer.status != GoalStatus.STATUS_SUCCEEDED and NotPlayedError(

@@ -24,6 +24,7 @@ from billiard_shot.ros.game_conversions import (
     state_of,
 )
 from billiard_shot.ros.terminal import FIRE, say, TypedLines
+from billiard_shot.ros.turn import AIMED
 
 TYPING_PERIOD = 0.05
 """Time between two looks for typed lines [s]."""
@@ -82,9 +83,9 @@ class Operator:
         """Print feedback."""
         self._now = now = message.feedback
         asked = ''
-        if now.stage == now.PLAY and not self._arms:
-            asked = f'; when it is aimed, type {FIRE} and Enter'
-        if now.stage == now.RULE:
+        if now.message == AIMED and not self._arms:
+            asked = f'; type {FIRE} and Enter'
+        elif now.stage == now.RULE:
             asked = '; type what it did (? for help)'
         if now.stage in WORDS:
             say(f'  {WORDS[now.stage]:11} {now.message}{asked}')

@@ -139,12 +139,15 @@ def test_a_wait_goes_on_as_long_as_the_node_shows_progress(node, monkeypatch):
         now += seconds + 0.01
         parts += parts < 20
         client._on_log(Log(name='slow.planner', msg=f'{parts} of 20 parts'))
+        client._on_log(Log(name='slow.cue_driver', msg=f'no message for {now} s'))
         return ready()
 
     monkeypatch.setattr('billiard_shot.ros.client.monotonic', lambda: now)
     monkeypatch.setattr(client, 'until', until)
     client.wait_for('planner', lambda: parts == 20)
     assert now > 20.0
+    with pytest.raises(NotReadyError, match='waited for 5 s'):  # why it is not ready is none
+        client.wait_for('cue_driver', lambda: False)
     with pytest.raises(NotReadyError, match='waited for 5 s'):  # without progress
         client.wait_for('planner', lambda: False)
     client.destroy_node()

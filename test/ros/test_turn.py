@@ -7,6 +7,7 @@ import os
 import re
 import signal
 import subprocess
+import threading
 from types import SimpleNamespace
 import warnings
 
@@ -424,12 +425,19 @@ def test_a_turn_at_the_terminal(cell, server, launch_once, tmp_path):
         stdin=subprocess.PIPE,
     )
     said = []
-    for line in process.stdout:
-        said.append(line)
-        if ' aimed;' in line:
-            process.stdin.write('?\nfire\n')
-            process.stdin.flush()
-    assert process.wait(PATIENCE) in (0, 1), said
+
+    def type_fire():
+        for line in process.stdout:
+            said.append(line)
+            if ' aimed;' in line:
+                process.stdin.write('?\nfire\n')
+                process.stdin.flush()
+
+    operator = threading.Thread(target=type_fire)
+    operator.start()
+    assert cell.player.until(lambda: process.poll() is not None, PATIENCE), said
+    operator.join()
+    assert process.returncode in (0, 1), said
     assert any('"?" is not asked for now' in line for line in said)
     assert any(line.startswith('  ruling ') for line in said), said
     assert said[-1].startswith('  turn        '), said
