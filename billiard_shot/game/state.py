@@ -12,14 +12,7 @@ from typing import Any, ClassVar, Self
 
 from billiard_shot.numerics import rounding
 from billiard_shot.scene.checks import check, read, write
-from billiard_shot.scene.errors import (
-    found_in,
-    InputError,
-    Mistake,
-    must_be,
-    must_be_one_of,
-    refused,
-)
+from billiard_shot.scene.errors import found_in, InputError, Mistake, must_be_one_of, refused
 from billiard_shot.scene.fields import boolean, choice, name, number, places, TAKES, whole_number
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.scene.values import as_float, whole
@@ -87,7 +80,7 @@ def _of_its_game(state: Any) -> Iterator[Mistake]:
         return
     for field, allowed in ALONE.items() if game.players == 1 else ():
         if (value := getattr(state, field)) not in allowed:
-            yield Mistake((field,), must_be(f'{allowed[0]} in {game.name}', value))
+            yield from found_in(refused(value, f'{allowed[0]} in {game.name}', field))
     balls = dict.fromkeys((CUE_BALL, *game.balls))
     if others := [ball for ball in state.balls if ball not in balls]:
         yield Mistake(('balls',), must_be_one_of(balls, others[0]))

@@ -228,13 +228,9 @@ class RobotClient(Node):
 
     def wait_for(self, name: str, ready: Callable[[], object]) -> None:
         """
-        Spin until a node or topic is `ready`; log what for and why, as long as that takes.
+        Spin until a node or topic is `ready`, and log why it is not.
 
-        Raises
-        ------
-        NotReadyError
-            With the reason, if it is not ready, and its log shows no progress.
-
+        NotReadyError says why, if the time has passed without progress in the log of the node.
         """
         begin, silence = monotonic(), QUIET_WAIT
         path = self.resolve_topic_name(name)
@@ -357,16 +353,8 @@ class RobotClient(Node):
 
         While the cue is aimed, `may_fire` is called again and again; once it is true, the shot is
         armed. `on_aimed` is called once before that. If this call is interrupted, for example by
-        Ctrl+C, the goal is cancelled. A client that is canceled returns all the same if the cue
-        has struck.
-
-        Raises
-        ------
-        CanceledError
-            If the client is canceled before the stroke.
-        NotReadyError
-            If the driver has ended, or does not answer.
-
+        Ctrl+C, the goal is cancelled. If the client is canceled, it raises CanceledError, unless
+        the cue has struck. If the driver has ended or does not answer, it raises NotReadyError.
         """
         now = 1e-9 * self.get_clock().now().nanoseconds
         left = conversions.seconds(goal.expiry) - now + 60.0
