@@ -166,7 +166,7 @@ class Turn:
             self.tell(TurnStage.WATCH, 'the balls roll', shot_id, {})
             places = self.table.places_at_rest(result.strike.header.stamp)
             self._judged(state, decision, self._ruling(state, decision, shot_id, places), shot_id)
-        if ended:
+        if ended and self.state.player == state.player and not self.state.over:
             raise ended
 
     def _ruling(self, state: State, decision: Decision, shot_id: str, places: Places) -> Ruling:

@@ -23,7 +23,7 @@ from rclpy.node import Node
 from std_srvs.srv import Trigger
 from waiting import PATIENCE, RETRY_PERIOD
 
-from billiard_shot.ros import player
+from billiard_shot.ros import player, predict_shot
 from billiard_shot.ros.processes import quiet_environment
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -275,7 +275,9 @@ def test_exit_codes_and_messages(shell, arguments, code, words):
 @pytest.mark.parametrize(
     ('program', 'arguments', 'words'),
     [
-        (player, '', 'stroke is missing'),
+        (player, '', 'stroke is missing; give --speed and --azimuth-deg'),
+        (predict_shot, '', 'stroke is missing; give --speed and --azimuth-deg'),
+        (player, '--game ../../x', 'or a module such as package.module'),
         (player, '--speed 0', 'speed must be 1e-12 to 1e+12, got 0.0'),
         (player, '--speed fast', "'fast'"),
         (player, '--speed 1 --scene no_such_scene', 'no_such_scene'),

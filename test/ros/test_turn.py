@@ -248,8 +248,12 @@ def test_a_cancel_before_the_strike_ends_the_turn():
 def test_a_stroke_that_was_stopped_after_it_met_the_ball_is_judged():
     state = game_of('eight_ball', groups=('solids', 'stripes'))
     turn, _ = turn_of(Client(BALLS, without('cue'), stopped=True), state)
+    assert turn.play() == (PlayTurn.Result.TURN_ENDED, 'player 1 is next')
+    after = without('1')
+    seen = Outcome(first_contact='1', pocketed=(('1', 'foot_left'),), places=after)
+    turn, _ = turn_of(Client(BALLS, after, stopped=True), state, seen)
     assert turn.play() == (PlayTurn.Result.NOT_PLAYED, 'ESTOP: the emergency stop')
-    assert turn.state.in_hand == 'anywhere'
+    assert (turn.state.player, turn.state.balls) == (0, after)
 
 
 class Failing(Shooter):
