@@ -60,7 +60,7 @@ def read_shot(line: str, state: State, direct: DirectShots) -> Decision:
     elif 1 <= len(words) <= 4:
         number = _numbers(words[:1], 'N')[0]
         if number not in range(len(direct)):
-            raise refused(words[0], f'a shot of the list, 0 to {len(direct) - 1}', 'N')
+            raise refused(words[0], f'one of the {len(direct)} shots of the list', 'N')
         call, offsets = call_of(direct, int(number)), direct.offsets[int(number)].tolist()
         changes = _numbers(words[1:], ' '.join(('SPEED', 'B', 'A')[: len(words) - 1]))
         for place, change in zip((4, 1, 0), changes, strict=False):
