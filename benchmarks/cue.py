@@ -20,6 +20,7 @@ from time import perf_counter
 from domain_coordinator import domain_id
 import numpy as np
 from std_srvs.srv import Trigger
+from tools.caller import Caller
 from tools.processes import processes
 from tools.stopping import clear, goal, stop_latencies, stroke
 from tools.timing import QUICK, Report, resident
@@ -29,7 +30,6 @@ from billiard_shot.cue.safety import MOVING, SafetyState
 from billiard_shot.ros.client import RobotClient
 from billiard_shot.ros.node_runner import initialized
 from billiard_shot.ros.processes import quiet_environment, running
-from billiard_shot.ros.service_caller import ServiceCaller
 
 PLANNING = """
 import os, signal
@@ -106,7 +106,7 @@ def main():
             gc.freeze()
             player.wait_for_all()
             clear_fault, reset = (
-                ServiceCaller(player, Trigger, name)
+                Caller(player, Trigger, name)
                 for name in ('cue_driver/clear_fault', 'table_sim/reset')
             )
             with processes([('-c', PLANNING)] * 2):

@@ -21,13 +21,13 @@ from domain_coordinator import domain_id
 import numpy as np
 import rclpy
 from std_srvs.srv import SetBool
+from tools.caller import Caller
 from tools.timing import QUICK, Report, resident
 
 from billiard_shot import Scene, Status
 from billiard_shot.ros.node_runner import initialized
 from billiard_shot.ros.predict_shot import request_of
 from billiard_shot.ros.processes import config_file, quiet_environment
-from billiard_shot.ros.service_caller import ServiceCaller
 from billiard_shot.shot.stroke_file import read_strokes
 
 YARDSTICK = """
@@ -96,8 +96,8 @@ def main():
         try:
             with initialized():
                 node = rclpy.create_node('benchmark')
-                predictor = ServiceCaller(node, PredictShot, 'predict_shot')
-                yardstick = ServiceCaller(node, SetBool, 'yardstick')
+                predictor = Caller(node, PredictShot, 'predict_shot')
+                yardstick = Caller(node, SetBool, 'yardstick')
                 assert predictor.client.wait_for_service(60.0)
                 assert yardstick.client.wait_for_service(60.0)
                 scene = Scene.load('paper')

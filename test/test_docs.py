@@ -1,5 +1,6 @@
 """What README and docs show, runs; blocks for tools that are not here carry a tag."""
 
+import argparse
 import os
 from pathlib import Path
 import re
@@ -12,6 +13,8 @@ import pytest
 
 import billiard_shot
 from billiard_shot.cli import main
+from billiard_shot.shot.stroke_file import read_strokes
+from billiard_shot.shot.stroke_options import add_stroke_arguments, strokes_from_options
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path += [str(ROOT / 'docs'), str(ROOT / 'docs' / '_ext')]
@@ -86,6 +89,26 @@ def test_commands(page, text, capsys, tmp_path, monkeypatch):
             assert re.fullmatch(pattern, (out + err).rstrip('\n')), out + err
         else:
             assert (code, err) == (0, '')
+
+
+ROBOT = ROOT / 'billiard_shot' / 'ros'
+STROKES = re.compile(r'(?:predict_shot|player)((?: --[a-z-]+ -?\d[\d.]*)+)')
+
+
+def test_strokes_for_the_robot_are_not_miscues():
+    """Those of pages and help texts on the default scene, and those of the demo on its own."""
+    parser = argparse.ArgumentParser()
+    add_stroke_arguments(parser)
+    texts = [*map(text_of, PAGES), *(file.read_text() for file in ROBOT.glob('*.py'))]
+    given = {words for text in texts for words in STROKES.findall(text)}
+    assert len(given) >= 3
+    paper = billiard_shot.Scene.load('paper')
+    found = [strokes_from_options(parser.parse_args(words.split()), paper) for words in given]
+    played = [(paper, stroke) for strokes in found for stroke in strokes.values()]
+    demo = billiard_shot.Scene.load('robot_table')
+    own = read_strokes(ROBOT / 'demo_strokes.yaml', demo.cue_ball)
+    for scene, stroke in (*played, *((demo, stroke) for stroke in own.values())):
+        assert billiard_shot.predict(scene, stroke).status.name == 'OK', stroke
 
 
 def changed(folder, file, program, **environment):

@@ -12,7 +12,7 @@ from billiard_shot import Scene, Stroke
 from billiard_shot.cue.safety import SafetyState
 from billiard_shot.ros.client import short_id
 from billiard_shot.ros.cue_conversions import is_stop
-from billiard_shot.ros.service_caller import ServiceCaller
+from tools.caller import Caller
 
 SCENE = Scene.load('paper')
 
@@ -62,7 +62,7 @@ def stop_latencies(player, count, seed=1):
     The subscription and the client stay: their end could deadlock the driver (Fast DDS 3.2).
     """
     estop = player.safety_publishers['estop']  # the publisher that says later that it is released
-    caller = ServiceCaller(player, Trigger, 'cue_driver/clear_fault')
+    caller = Caller(player, Trigger, 'cue_driver/clear_fault')
     stopped = []
     player.create_subscription(
         JointTrajectory,

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import cache
 
 from billiard_shot.game.call import Call
 from billiard_shot.game.outcome import Outcome
@@ -71,6 +72,7 @@ def game_names() -> list[str]:
     return names_in('rules')
 
 
+@cache  # every new state asks for its game
 def find_game(name: str) -> Game:
     """
     Return a game.

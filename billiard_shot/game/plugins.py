@@ -30,13 +30,11 @@ def find_plugin(name: str, folder: str, attribute: str, what: str) -> Any:
         If there is no such module, or it has no such attribute.
 
     """
-    if '.' not in name:
-        names = names_in(folder)
-        if name not in names:
-            raise refused(
-                name, f'one of {", ".join(names)}, or a module such as package.module', what
-            )
+    names = names_in(folder)
+    if name in names:
         name = f'billiard_shot.game.{folder}.{name}'
+    elif '.' not in name or not all(map(str.isidentifier, name.split('.'))):
+        raise refused(name, f'one of {", ".join(names)}, or a module such as package.module', what)
     try:
         return getattr(import_module(name), attribute)
     except (ImportError, AttributeError) as error:

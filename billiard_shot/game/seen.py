@@ -8,6 +8,7 @@ goes on in the same way whatever these were; otherwise somebody has to say.
 from collections.abc import Collection, Mapping
 from itertools import product
 import math
+from typing import NamedTuple
 
 from billiard_shot.game.call import Call
 from billiard_shot.game.outcome import Outcome
@@ -64,14 +65,16 @@ def possible_rulings(state: State, call: Call, places: Places) -> tuple[Ruling, 
     return tuple(found)
 
 
-def told_outcome(
-    state: State,
-    places: Places,
-    first_contact: str,
-    to_cushion: Collection[str],
-    pockets: Mapping[str, str],
-    double_hit: bool = False,
-) -> Outcome:
+class Told(NamedTuple):
+    """What somebody saw of a shot."""
+
+    first_contact: str = ''  # ball that the cue ball met first; '' if it met none
+    to_cushion: Collection[str] = ()  # balls driven to a cushion after the first contact
+    pockets: Mapping[str, str] = {}  # of each ball that fell; others that are gone left the table
+    double_hit: bool = False  # the cue hit the cue ball twice
+
+
+def told_outcome(state: State, places: Places, told: Told) -> Outcome:
     """
     Complete what pictures show of a shot by what somebody saw.
 
@@ -81,14 +84,7 @@ def told_outcome(
         Before the shot.
     places : mapping of str to (x, y)
         The balls that are left, at rest [m].
-    first_contact : str
-        Ball that the cue ball met first; '' if it met none.
-    to_cushion : collection of str
-        Balls that were driven to a cushion after the first contact.
-    pockets : mapping of str to str
-        Pocket of each ball that fell; other balls that are gone left the table.
-    double_hit : bool
-        Whether the cue hit the cue ball twice.
+    told : Told
 
     Raises
     ------
@@ -96,6 +92,7 @@ def told_outcome(
         With the field, its value and the allowed names.
 
     """
+    first_contact, to_cushion, pockets, double_hit = told
     gone = [ball for ball in state.balls if ball not in places]
     for field, names, allowed in (
         ('first_contact', (first_contact,), ('', *state.object_balls)),

@@ -12,17 +12,27 @@ from typing import Any, ClassVar, Self
 
 from billiard_shot.numerics import rounding
 from billiard_shot.scene.checks import check, read, write
-from billiard_shot.scene.errors import InputError, Mistake, reason, refused
+from billiard_shot.scene.errors import (
+    found_in,
+    InputError,
+    Mistake,
+    must_be_one_of,
+    reason,
+    refused,
+)
 from billiard_shot.scene.fields import boolean, choice, name, number, places, TAKES, whole_number
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.scene.values import as_float, whole
 
 PHASES = ('break', 'second', 'play')
 IN_HAND = ('', 'kitchen', 'anywhere')
-GROUPS = ('solids', 'stripes', '')
+GROUPS = ('', ''), ('solids', 'stripes'), ('stripes', 'solids')
 # Choices that rules offer: play on, take the cue ball in hand behind the head string, break a new
 # rack, let the offender break again, let the other player shoot.
 CHOICES = ('accept', 'kitchen', 'break', 'rebreak', 'pass')
+
+# Values of fields in a game of one player.
+ALONE = {'player': (0,), 'breaker': (0,), 'winner': (0, None), 'choices': ((),)}
 
 
 def _field(wanted: str, convert: Callable[[Any], Any], default: Any = None) -> Any:
@@ -42,11 +52,14 @@ def _two_whole(value: Any, minimum: int) -> tuple[int, int]:
     return one, two
 
 
-def _words(value: Any, options: tuple[str, ...], count: int | None = None) -> tuple[str, ...]:
-    listed = tuple(value) if isinstance(value, tuple | list) else (value,)
-    if count not in (None, len(listed)) or any(each not in options for each in listed):
+def _choices(value: Any) -> tuple[str, ...]:
+    if isinstance(value, str) or not len(value) == len({*value} & {*CHOICES}):
         raise ValueError
-    return listed
+    return tuple(value)
+
+
+def _groups(value: Any) -> tuple[str, str]:
+    return GROUPS[GROUPS.index(tuple(value))]
 
 
 def _times(value: Any) -> tuple[float, float] | None:
@@ -62,6 +75,24 @@ def _player(value: Any) -> int:
     if isinstance(value, bool) or value not in (0, 1):
         raise ValueError
     return int(value)
+
+
+def _of_its_game(state: Any) -> Iterator[Mistake]:
+    from billiard_shot.game.game import find_game  # whose rules are functions of states
+
+    try:
+        game = find_game(state.game)
+    except ValueError as error:
+        yield from found_in(error)
+        return
+    for field, allowed in ALONE.items() if game.players == 1 else ():
+        if (value := getattr(state, field)) not in allowed:
+            yield from found_in(refused(value, f'{allowed[0]} in {game.name}', field))
+    balls = dict.fromkeys((CUE_BALL, *game.balls))
+    if others := [ball for ball in state.balls if ball not in balls]:
+        yield Mistake(('balls',), must_be_one_of(balls, others[0]))
+    else:
+        yield from _overlaps(state)  # of so few balls that each is compared with each
 
 
 def _overlaps(state: Any) -> Iterator[Mistake]:
@@ -117,7 +148,7 @@ class State:
 
     """
 
-    RULES: ClassVar = (_overlaps,)
+    RULES: ClassVar = (_of_its_game,)
     game: str = name()
     length: float = number('m', above=0)
     width: float = number('m', above=0)
@@ -127,11 +158,9 @@ class State:
     phase: str = choice(*PHASES, default='break')
     in_hand: str = choice(*IN_HAND, default='')
     choices: tuple[str, ...] = _field(
-        f'a list of {", ".join(map(repr, CHOICES))}', lambda value: _words(value, CHOICES), ()
+        f'a list of {", ".join(map(repr, CHOICES))}, each at most once', _choices, ()
     )
-    groups: tuple[str, str] = _field(
-        f'2 of {", ".join(map(repr, GROUPS))}', lambda value: _words(value, GROUPS, 2), ('', '')
-    )
+    groups: tuple[str, str] = _field(f'one of {", ".join(map(str, GROUPS))}', _groups, ('', ''))
     fouls: tuple[int, int] = _field(
         'two whole numbers, at least 0', lambda value: _two_whole(value, 0), (0, 0)
     )

@@ -1,8 +1,7 @@
 """Client of the nodes: waits for them, predicts, plans, plays, and watches the table."""
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-import math
+from contextlib import contextmanager, suppress
 from time import monotonic
 from typing import Any
 import uuid
@@ -26,10 +25,11 @@ from std_msgs.msg import Bool, Header
 from billiard_shot import Scene, Stroke
 from billiard_shot.cue.outcome import GoalOutcome, RefusedError
 from billiard_shot.cue.safety import SafetyState
+from billiard_shot.perception.resting import RestWatch
 from billiard_shot.perception.sightings import Balls
 from billiard_shot.ros import conversions, cue_conversions
-from billiard_shot.ros.node_runner import EVERY_LOG, EVERY_STATE, LATCHED
-from billiard_shot.ros.service_caller import result_of, ServiceCaller
+from billiard_shot.ros.node_runner import BURST, EVERY_LOG, EVERY_STATE, LATCHED
+from billiard_shot.scene.errors import printable
 from billiard_shot.scene.placement import CUE_BALL
 
 START_UP = 120.0
@@ -69,12 +69,6 @@ If the client went on before, the next shot could be refused because the driver 
 PLAN_TIME = 600.0
 """Longest time for a plan [s]."""
 
-REST_DISTANCE = 1e-3
-"""A ball that moves less than this [m] within `REST_TIME` is at rest."""
-
-REST_TIME = 0.5
-"""Time in which a ball at rest moves less than `REST_DISTANCE` [s]."""
-
 
 class NotReadyError(RuntimeError):
     """A node, topic or service that is needed is missing or not ready; the message says why."""
@@ -104,14 +98,14 @@ class RobotClient(Node):
         Whether to publish that the emergency stop is released and the interlock closed. Only for
         simulations: on a robot these messages come from the safety equipment.
     timeout : float
-        Time to wait for each of the other nodes [s].
+        Time to wait for each of the other nodes [s]; progress in its log begins it anew.
 
     Attributes
     ----------
     safety_publishers : dict of str to Publisher
         Publishers of the simulated safety inputs, by topic; empty if they are not simulated.
     is_canceled : bool
-        Set it from another thread to end the current wait with CanceledError.
+        If true, waits end with CanceledError, except those in a block `to_the_end`.
 
     """
 
@@ -127,9 +121,11 @@ class RobotClient(Node):
         self.states: list[CueState] = []
         self.table: TableState | None = None
         self.safety_inputs_on = True
-        self.is_canceled = False
+        self.is_canceled = self._goes_on = False
         self.problems = ['no diagnostics']  # of cue_driver
-        self._predict = ServiceCaller(self, PredictShot, 'predict_shot')
+        self._predict: Client[Any, Any] = self.create_client(
+            PredictShot, 'predict_shot', qos_profile=BURST
+        )
         self._arm: Client[Any, Any] = self.create_client(Arm, 'cue_driver/arm')
         self._plan: ActionClient[Any, Any, Any] = ActionClient(self, PlanShot, 'plan_shot')
         self.execute_shot: ActionClient[Any, Any, Any] = ActionClient(
@@ -138,7 +134,7 @@ class RobotClient(Node):
         self.create_subscription(TableState, 'table_state', self._on_table, LATCHED)
         self.create_subscription(DiagnosticArray, '/diagnostics', self._on_diagnostics, 10)
         self.create_subscription(Log, '/rosout', self._on_log, EVERY_LOG)
-        self._last_log: dict[str, str] = {}  # by node
+        self._last_log: dict[str, tuple[str, float]] = {}  # by node, with the time [s]
         self.create_subscription(CueState, 'cue_driver/state', self.states.append, EVERY_STATE)
         self.safety_publishers: dict[str, Publisher[Bool]] = {}
         self._discovered = monotonic() + DISCOVERY
@@ -168,13 +164,15 @@ class RobotClient(Node):
         self.table = message
 
     def _on_log(self, message: Log) -> None:
-        self._last_log[message.name.replace('.', '/')] = message.msg
+        node, said = message.name.replace('.', '/'), printable(message.msg)
+        if said != self._last_log.get(node, ('', 0.0))[0]:
+            self._last_log[node] = said, monotonic()
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:
             if status.name == self.resolve_topic_name('cue_driver'):
                 self.problems = [
-                    f'{each.key}: {each.value}'
+                    printable(f'{each.key}: {each.value}')
                     for each in status.values
                     if each.key != 'shot_id' and each.value != 'ok'
                 ]
@@ -185,25 +183,33 @@ class RobotClient(Node):
         """Spin until a condition holds; return False if it does not within `seconds`."""
         deadline = monotonic() + seconds
         while not condition():
-            if self.is_canceled:
-                self.is_canceled = False
-                raise CanceledError
+            if self.is_canceled and not self._goes_on:
+                raise CanceledError('canceled')
             if monotonic() > deadline:
                 return False
             rclpy.spin_once(self, timeout_sec=SPIN_TIME)
         return True
 
+    @contextmanager
+    def to_the_end(self) -> Iterator[None]:
+        """Do not end waits in the block if the client is canceled."""
+        before, self._goes_on = self._goes_on, True
+        try:
+            yield
+        finally:
+            self._goes_on = before
+
     def wait_for_predictor(self) -> None:
         """Wait for the predictor; NotReadyError says why it is not ready."""
-        self._wait('predictor', self._predict.client.service_is_ready)
+        self.wait_for('predictor', self._predict.service_is_ready)
 
     def wait_for_planner(self) -> None:
         """Wait for the planner; NotReadyError says why it is not ready."""
-        self._wait('planner', self._plan.server_is_ready)
+        self.wait_for('planner', self._plan.server_is_ready)
 
     def wait_for_table(self) -> None:
         """Wait for a table state; NotReadyError if none is received."""
-        self._wait('table_state', lambda: self.table)
+        self.wait_for('table_state', lambda: self.table)
 
     def wait_for_all(self) -> None:
         """Wait for everything that a shot needs; NotReadyError says what is missing, and why."""
@@ -213,19 +219,26 @@ class RobotClient(Node):
     def wait_for_driver(self) -> None:
         """Wait until the driver can play; NotReadyError says what is missing, and why."""
         servers = self._arm.service_is_ready, self.execute_shot.server_is_ready
-        self._wait('cue_driver', lambda: self.states and all(each() for each in servers))
+        self.wait_for('cue_driver', lambda: self.states and all(each() for each in servers))
         self.wait_for_table()
         if self.safety_publishers:  # else a shot could end before safety equipment is discovered
             self.until(lambda: monotonic() > self._discovered, DISCOVERY)
         self.problems = ['no diagnostics']
-        self._wait('cue_driver', lambda: not self.problems)
+        self.wait_for('cue_driver', lambda: not self.problems)
 
-    def _wait(self, name: str, ready: Callable[[], object]) -> None:
-        """Spin until `ready`; log what for and why after `QUIET_WAIT`, then each `REMINDER`."""
-        deadline, silence = monotonic() + self._timeout, QUIET_WAIT
-        while not self.until(ready, min(silence, deadline - monotonic())):
-            words = f'{self.resolve_topic_name(name)}: {self._reason(name)}'
-            if monotonic() > deadline:
+    def wait_for(self, name: str, ready: Callable[[], object]) -> None:
+        """
+        Spin until a node or topic is `ready`, and log why it is not.
+
+        NotReadyError says why, if the time has passed without progress in the log of the node.
+        """
+        begin, silence = monotonic(), QUIET_WAIT
+        path = self.resolve_topic_name(name)
+        while not self.until(ready, min(silence, begin + self._timeout - monotonic())):
+            if name != 'cue_driver':  # which logs again and again why it is not ready
+                begin = max(begin, self._last_log.get(path.strip('/'), ('', begin))[1])
+            words = f'{path}: {self._reason(name)}'
+            if monotonic() > begin + self._timeout:
                 raise NotReadyError(f'{words}; waited for {self._timeout:g} s')
             self.get_logger().info(f'waiting for {words}')
             silence = REMINDER
@@ -236,9 +249,9 @@ class RobotClient(Node):
             return 'no message received'
         path = self.resolve_topic_name(node)
         if (node, path.rpartition('/')[0] or '/') not in self.get_node_names_and_namespaces():
-            return 'there is no such node'
+            return 'no such node is known so far'
         if node != 'cue_driver':
-            said = self._last_log.get(path.strip('/'))
+            said, _ = self._last_log.get(path.strip('/'), ('', 0.0))
             return f'the node is starting: {said}' if said else 'the node is starting'
         return '; '.join(self.problems) or 'the node is starting'
 
@@ -272,45 +285,36 @@ class RobotClient(Node):
 
         """
         deadline = monotonic() + seconds
-        earliest = conversions.seconds(strike) if strike else -math.inf
-        last: Balls = {}
-        since = monotonic()
-        while True:
-            balls = self.balls()
-            times = {'picture': conversions.seconds(self.known_table().header.stamp)}
-            times |= {f'ball {name!r}': ball.time for name, ball in balls.items()}
-            early = [name for name, time in times.items() if 0.0 < time <= earliest]  # 0: unknown
-            restless = [name for name in balls if not _is_at_rest(name, balls, last)]
-            if early or restless or balls.keys() != last.keys():
-                last, since = balls, monotonic()
-            elif monotonic() - since > REST_TIME:
-                return balls
+        watch = RestWatch()
+        while why := self._early(strike) or watch.restless(self.balls(), monotonic()):
             if monotonic() > deadline:
-                if early:
-                    raise TableUnknownError(
-                        f'table_state: from before the strike after {seconds:g} s: {early[0]}'
-                    )
-                name = restless[0] if restless else ''
-                fault = 'moves on' if not name or balls[name].is_seen else 'is not seen'
-                raise TableUnknownError(f'table_state: ball {name!r} {fault} after {seconds:g} s')
+                raise TableUnknownError(f'table_state: {why} after {seconds:g} s')
             self.until(lambda: False, SPIN_TIME)
+        return self.balls()
+
+    def _early(self, strike: Time | None) -> str:
+        """Say which part of the table state was seen before a strike; '' if none was."""
+        times = {'the picture': conversions.seconds(self.known_table().header.stamp)}
+        times |= {f'ball {name!r}': ball.time for name, ball in self.balls().items()}
+        early = (name for name, time in times.items() if 0.0 < time <= conversions.seconds(strike))
+        return f'{name} is from before the strike' if strike and (name := next(early, '')) else ''
 
     # --- requests -------------------------------------------------------------------------------
 
     def predict(self, request: PredictShot.Request) -> PredictShot.Response:
         """Call the predictor."""
-        return self._predict.call(request, repeatable=True)
+        return self.call(self._predict, request, attempts=15)
 
     def plan(self, target: Target, budget: int = 0) -> PlanShot.Result:
         """Plan for a target and the current balls; NoPlanError if no stroke is found."""
         request = PlanShot.Goal(target=target, balls=self.known_table().balls, budget=budget)
-        with self._acting('plan_shot', self._plan, request) as ended:
-            self.until(ended.done, PLAN_TIME)
-        if not ended.done():
+        with self.acting('plan_shot', self._plan, request) as answer:
+            self.until(answer, PLAN_TIME)
+        if not (ended := answer()):
             raise NoPlanError(f'no plan within {PLAN_TIME:g} s')
-        if result_of(ended).status != GoalStatus.STATUS_SUCCEEDED:
-            raise NoPlanError(result_of(ended).result.message)
-        return result_of(ended).result
+        if ended.status != GoalStatus.STATUS_SUCCEEDED:
+            raise NoPlanError(ended.result.message)
+        return ended.result
 
     def goal(
         self, stroke: Stroke, balls: Balls, scene: Scene, shot_id: str, valid_for: float = VALIDITY
@@ -349,34 +353,62 @@ class RobotClient(Node):
 
         While the cue is aimed, `may_fire` is called again and again; once it is true, the shot is
         armed. `on_aimed` is called once before that. If this call is interrupted, for example by
-        Ctrl+C, the goal is cancelled.
+        Ctrl+C, the goal is cancelled. If the client is canceled, it raises CanceledError, unless
+        the cue has struck. If the driver has ended or does not answer, it raises NotReadyError.
         """
         now = 1e-9 * self.get_clock().now().nanoseconds
         left = conversions.seconds(goal.expiry) - now + 60.0
+        canceled: CanceledError | None = None
 
         def waits(ready: Callable[[], object]) -> bool:
-            return self.until(lambda: ended.done() or ready(), left) and not ended.done()
+            return self.until(lambda: answer() or ready(), left) and not answer()
 
-        with self._acting('execute_shot', self.execute_shot, goal) as ended:
-            if waits(lambda: self._is_aimed(goal)):
-                on_aimed()
-                if waits(may_fire):
-                    self._arm_and_wait(goal.plan.shot_id, ended, left)
-        if not ended.done():
+        with self.acting('execute_shot', self.execute_shot, goal) as answer:
+            try:
+                if waits(lambda: self._is_aimed(goal)):
+                    on_aimed()
+                    if waits(may_fire):
+                        self._arm_and_wait(goal.plan.shot_id, answer, left)
+            except CanceledError as error:
+                canceled = error
+        ended = answer()
+        if canceled and not (ended and ended.result.struck):
+            raise canceled
+        if not ended:
             raise NotReadyError('action execute_shot does not end')
-        return result_of(ended)
+        return ended
 
-    def _arm_and_wait(self, shot_id: str, ended: 'Future[Any]', left: float) -> None:
+    def _arm_and_wait(self, shot_id: str, answer: Callable[[], Any], left: float) -> None:
+        armed = self.arm(shot_id)
+        self.until(lambda: armed.done() or answer(), ANSWER_TIMEOUT)
+        if not (armed.done() and not result_of(armed).success):
+            self.until(answer, left)
+
+    def arm(self, shot_id: str) -> 'Future[Any]':
+        """Arm the aimed shot; return the future of the answer, and log it if it is refused."""
         armed = self._arm.call_async(Arm.Request(shot_id=shot_id))
-        self.until(lambda: armed.done() or ended.done(), ANSWER_TIMEOUT)
-        if armed.done() and not result_of(armed).success:
-            self.get_logger().error(f'not armed: {result_of(armed).message}')
-        else:
-            self.until(ended.done, left)
 
-    def call(self, client: 'Client[Any, Any]', request: Any) -> Any:
-        """Call a service once, and return its answer; if it does not answer, NotReadyError."""
-        return self.answer(client.call_async(request), client.service_name)
+        def log(done: 'Future[Any]') -> None:
+            if not result_of(done).success:
+                self.get_logger().error(f'not armed: {printable(result_of(done).message)}')
+
+        armed.add_done_callback(log)
+        return armed
+
+    def call(self, client: 'Client[Any, Any]', request: Any, attempts: int = 1) -> Any:
+        """
+        Call a service, and return its answer; if it does not answer, NotReadyError.
+
+        The answer is lost if the server has not yet discovered the client, even if the client has
+        discovered the server (github.com/ros2/rmw_fastrtps/issues/842). A request that may be
+        executed twice may have several `attempts`.
+        """
+        for _ in range(attempts):
+            sent = client.call_async(request)
+            if self.until(sent.done, ANSWER_TIMEOUT / attempts):
+                return result_of(sent)
+            client.remove_pending_request(sent)
+        raise NotReadyError(f'no answer from {client.service_name} within {ANSWER_TIMEOUT:g} s')
 
     def answer(self, sent: 'Future[Any]', name: str) -> Any:
         """Wait for the future of an answer, and return the answer; `name` is who is to answer."""
@@ -385,47 +417,64 @@ class RobotClient(Node):
         return result_of(sent)
 
     @contextmanager
-    def _acting(
-        self, name: str, action: 'ActionClient[Any, Any, Any]', goal: Any
-    ) -> 'Iterator[Future[Any]]':
+    def acting(
+        self,
+        name: str,
+        action: 'ActionClient[Any, Any, Any]',
+        goal: Any,
+        hear: Callable[[Any], None] | None = None,
+        patience: float = CANCEL_TIME,
+    ) -> Iterator[Callable[[], Any]]:
         """
-        Send a goal of an action; wait in the block for the future of its status and result.
+        Send a goal of an action; `hear` takes its feedback.
 
-        If the goal has not ended at the end of the block, it is cancelled.
+        The block gets a function that returns the status and the result of the goal; None until
+        the goal has ended; NotReadyError if the node of the action has ended. If the goal has not
+        ended at the end of the block, it is cancelled, and may take `patience` [s] to end.
         """
-        sent, ended = action.send_goal_async(goal), None
+        servers: set[bytes] = set()
+
+        def answer() -> Any:
+            if ended is None or ended.done():
+                return ended and result_of(ended)
+            topic = f'{name}/_action/status'
+            now = {bytes(each.endpoint_gid) for each in self.get_publishers_info_by_topic(topic)}
+            if servers - now:
+                raise NotReadyError(f'action {name}: its node has ended, and with it the goal')
+            servers.update(now)
+            return None
+
+        sent, ended = action.send_goal_async(goal, hear), None
         try:
             handle = self.answer(sent, f'action {name}')
             if not handle.accepted:
-                raise NotReadyError(
-                    f'action {name} rejects the goal: {self._reason("cue_driver")}'
-                )
+                plays = action is not self.execute_shot
+                why = 'another goal is carried out' if plays else self._reason('cue_driver')
+                raise NotReadyError(f'action {name} rejects the goal: {why}')
             ended = handle.get_result_async()
-            yield ended
+            yield answer
         finally:
-            # an interruption may come before the answer to the goal
-            if ended is None and self.until(sent.done, CANCEL_TIME) and result_of(sent).accepted:
-                ended = result_of(sent).get_result_async()
-            if ended is not None and not ended.done():
-                result_of(sent).cancel_goal_async()
-                self.until(ended.done, CANCEL_TIME)
+            with self.to_the_end(), suppress(NotReadyError):
+                # an interruption may come before the answer to the goal
+                if ended is None and self.until(sent.done, CANCEL_TIME):
+                    handle = result_of(sent)
+                    ended = handle.get_result_async() if handle.accepted else None
+                if ended is not None and not ended.done():
+                    handle.cancel_goal_async()
+                    self.until(answer, patience)
 
     def _is_aimed(self, goal: ExecuteShot.Goal) -> bool:
-        last = self.states[-1]
-        return last.state == SafetyState.AIMED and last.shot_id == goal.plan.shot_id
+        aimed = SafetyState.AIMED, goal.plan.shot_id
+        return any((last.state, last.shot_id) == aimed for last in self.states[-1:])
+
+
+def result_of(future: 'Future[Any]') -> Any:
+    """Return the result of a future that is done."""
+    result = future.result()
+    assert result is not None
+    return result
 
 
 def short_id() -> str:
     """Make a unique name."""
     return uuid.uuid4().hex[:8]
-
-
-def _is_at_rest(name: str, balls: Balls, before: Balls) -> bool:
-    """Whether a ball is seen at rest where it was before."""
-    ball, last = balls[name], before.get(name)
-    return (
-        ball.is_seen
-        and not ball.is_moving
-        and last is not None
-        and math.dist(ball.position, last.position) <= REST_DISTANCE
-    )

@@ -33,6 +33,7 @@ NODES = {
     'cue_sim': (*SIMULATION, '-p', 'rate:=100.0', *WARN),
     'table_sim': (*ON_IT, '-p', 'real_time_factor:=4.0', *WARN),
     'planner': (*ON_IT, *WARN),
+    'player': (*WARN, '--', '--serve', '--scene', DEMO_SCENE),
 }
 """Nodes and their arguments."""
 
@@ -51,7 +52,7 @@ planned for the target. In the game the first three balls lie at random, the cue
 NEXT = """\
 Three commands to try next, each in its own terminal:
   .venv/bin/robot --simulate
-  .venv/bin/predict_shot --a 0.2 --elevation-deg 40 --speed 2
+  .venv/bin/predict_shot --a 0.2 --elevation-deg 20 --speed 2
   .venv/bin/player --simulate-safety-inputs '{rest: [0.4, 0.2]}'  # type fire when it is aimed"""
 
 

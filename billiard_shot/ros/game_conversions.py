@@ -1,6 +1,6 @@
 """Conversions between messages of games and the library: pure functions."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from typing import Any
 
@@ -8,10 +8,10 @@ from billiard_shot_msgs.msg import BallState, GameState
 from geometry_msgs.msg import Point
 import numpy as np
 
-from billiard_shot.game.game import find_game
 from billiard_shot.game.state import State
-from billiard_shot.ros.conversions import filled
+from billiard_shot.ros.conversions import filled, sightings_of
 from billiard_shot.scene import Scene
+from billiard_shot.scene.errors import refused
 from billiard_shot.scene.placement import CUE_BALL
 
 OF_THE_TABLE = ('length', 'width', 'radius', 'balls', 'time_left')
@@ -35,7 +35,6 @@ def state_of(message: GameState, balls: Mapping[str, tuple[float, float]], scene
     if scene.table is None:
         raise ValueError('scene: a game needs a table')
     values = _shared(message)
-    find_game(message.game)
     for name in ('choices', 'groups', 'fouls', 'scores'):
         values[name] = tuple(np.asarray(values[name]).tolist())
     values['phase'] = message.phase or 'play'
@@ -43,6 +42,8 @@ def state_of(message: GameState, balls: Mapping[str, tuple[float, float]], scene
     values['balls'] = {
         name: place for name, place in balls.items() if name != CUE_BALL or not message.in_hand
     }
+    if not (CUE_BALL in values['balls'] or message.in_hand or message.choices or message.over):
+        raise refused(sorted(balls), f'with {CUE_BALL!r}, which is not in hand', 'balls')
     values['length'], values['width'] = scene.table.length, scene.table.width
     values['radius'] = scene.ball.radius
     return State(**values)
@@ -64,3 +65,8 @@ def _shared(record: State | GameState) -> dict[str, Any]:
 def balls_message(balls: Mapping[str, tuple[float, float]]) -> list[BallState]:
     """Message of balls at rest at their places (x, y) [m]."""
     return [BallState(id=name, position=filled(Point, place)) for name, place in balls.items()]
+
+
+def places_of(balls: Sequence[BallState]) -> dict[str, tuple[float, float]]:
+    """Read the places (x, y) [m] of balls; ValueError for balls that cannot be."""
+    return {name: ball.position for name, ball in sightings_of(balls).items()}

@@ -13,6 +13,7 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from billiard_shot import Scene
+from billiard_shot.game.outcome import Outcome, outcome_of
 from billiard_shot.game.seen import Places
 from billiard_shot.game.state import State
 from billiard_shot.perception.lying import positions_of
@@ -20,6 +21,7 @@ from billiard_shot.perception.sightings import Balls
 from billiard_shot.ros.client import RobotClient, TableUnknownError
 from billiard_shot.ros.game_conversions import balls_message
 from billiard_shot.ros.node_runner import LATCHED
+from billiard_shot.shot.replay import from_json
 
 PLACE_TOLERANCE = 0.01
 """Largest distance of a ball from its place [m]; the player then decides for where it lies."""
@@ -54,21 +56,24 @@ class GameTable:
         """Wait until all balls rest, see `RobotClient.wait_for_rest`; return their places [m]."""
         return positions_of(self.client.wait_for_rest(strike), self.scene)
 
-    def record(self) -> str:
+    def record(self) -> Outcome | None:
         """
-        Record of the last shot by a simulated table, as JSON; '' if the table is not simulated.
+        Outcome of the last shot by a simulated table; None if the table is not simulated.
 
         Raises
         ------
         TableUnknownError
-            If the simulated table publishes none.
+            If the simulated table publishes none, or a wrong one.
 
         """
         if not self.client.count_publishers('table_sim/shot'):
-            return ''
+            return None
         if not self.client.until(lambda: self.records, RECORD_TIME):
             raise TableUnknownError('table_sim/shot: no record of the shot')
-        return str(self.records[-1].data)
+        try:
+            return outcome_of(from_json(self.records[-1].data))
+        except ValueError as error:
+            raise TableUnknownError(f'table_sim/shot: {error}') from None
 
     def arrange(self, state: State, tell: Callable[[str, Places], object]) -> tuple[State, Balls]:
         """

@@ -172,7 +172,7 @@ def wait_for_library(node: Node) -> None:
                 f'compiling the library, once: {done} of {total} parts after {waited:.0f} s'
             )
 
-    machine_code.require(report)
+    machine_code.require(None if machine_code.is_complete() else report)
 
 
 class EndError(RuntimeError):

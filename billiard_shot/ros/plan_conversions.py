@@ -187,7 +187,7 @@ def requested_target(target: Target) -> dict[str, Any] | None:
     return {name: value for name, value in {**found, 'radius': target.radius}.items() if value}
 
 
-def target_message(target: Mapping[str, Any]) -> Target:
+def target_message(target: targets.Target | Mapping[str, Any]) -> Target:
     """
     Make the message of a target in the form that `plan` takes.
 
@@ -216,7 +216,7 @@ def target_message(target: Mapping[str, Any]) -> Target:
             message.kind, message.pockets, message.use_point = Target.POT, pockets, bool(point)
             message.balls = [] if targets.ANY in balls else balls
         case _:
-            raise ValueError(f'target must be rest, pass, gate, hit or pot, got {dict(target)!r}')
+            raise ValueError(f'target must be rest, pass, gate, hit or pot, got {target!r}')
     message.point = filled(Point, point or ())
     return message
 

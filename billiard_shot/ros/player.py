@@ -1,18 +1,17 @@
 """
-Play shots with the mechanical cue: for targets, given strokes, or turns of a game.
+Play shots with the mechanical cue: for targets, given strokes, or a turn of a game.
 
     ros2 run billiard_shot player '{rest: [0.5, -0.3], radius: 0.1}'
     ros2 run billiard_shot player --b 0.3 --speed 0.5
     ros2 run billiard_shot player --game practice --balls 3
 
 Needs an active cue_driver, a mechanism, and a node that publishes table_state; for strokes and
-targets also a predictor, and for targets a planner. With `--serve` it is a node with the action
-`play_turn` (billiard_shot_msgs/action/PlayTurn), which plays turns of games.
+targets also a predictor, and for targets a planner. With `--serve` it is the node with the action
+`play_turn` (billiard_shot_msgs/action/PlayTurn), which a game needs.
 """
 
 import argparse
 from collections.abc import Callable, Sequence
-from functools import partial
 import gc
 import math
 import signal
@@ -21,15 +20,15 @@ from typing import Any
 
 from action_msgs.msg import GoalStatus
 from billiard_shot_msgs.action import ExecuteShot
-from billiard_shot_msgs.msg import Target
 from billiard_shot_msgs.srv import PredictShot
 from rclpy.signals import SignalHandlerOptions
 import yaml
 
 from billiard_shot import Scene, Status, Stroke
 from billiard_shot.cue.outcome import GoalOutcome, RefusedError
-from billiard_shot.perception.sightings import Balls
+from billiard_shot.planning.at_rest import reached_at_rest
 from billiard_shot.planning.statistics import estimate_in_words
+from billiard_shot.planning.targets import read_target, Target
 from billiard_shot.ros import conversions
 from billiard_shot.ros.client import (
     NoPlanError,
@@ -48,13 +47,8 @@ from billiard_shot.ros.node_runner import (
     wait_for_library,
 )
 from billiard_shot.ros.plan_conversions import target_message
-from billiard_shot.ros.turn_console import (
-    add_turn_arguments,
-    FIRE,
-    first_state,
-    play_turn,
-    typed_fire,
-)
+from billiard_shot.ros.terminal import FIRE, say, TypedLines
+from billiard_shot.ros.turn_client import add_turn_arguments, first_state, play_turn
 from billiard_shot.ros.turn_server import TurnServer
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.stroke_options import (
@@ -71,8 +65,6 @@ MAX_BUDGET = 2**32 - 1
 
 SIGNAL_PERIOD = 0.05
 """Time between two checks for caught signals [s]."""
-
-say = partial(print, flush=True)
 
 PLAYED, SHOT_FAILED, NOT_READY = 0, 1, 3
 """Exit codes; argparse ends with 2."""
@@ -105,14 +97,22 @@ def play_shot(client: RobotClient, name: str, goal: ExecuteShot.Goal, arm: bool)
         say(f'  predicted   {status.name}: {answer.message}')
         return False
 
+    typed = TypedLines()
+
     def tell_how_to_fire() -> None:
+        while typed.next() is not None:
+            pass  # a word that was typed before does not fire
         service = client.resolve_service_name('cue_driver/arm')
         say(
             f'  aimed       to fire, type {FIRE} and Enter, or: ros2 service call {service} '
             f'billiard_shot_msgs/srv/Arm "{{shot_id: {plan.shot_id}}}"'
         )
 
-    response = client.execute(goal) if arm else client.execute(goal, typed_fire, tell_how_to_fire)
+    asked: tuple[Callable[[], bool], Callable[[], object]] = (
+        lambda: typed.next() == FIRE,
+        tell_how_to_fire,
+    )
+    response = client.execute(goal, *(() if arm else asked))
     result = response.result
     executed = f'  executed    {GoalOutcome(result.outcome).name}: {result.message}'
     if response.status != GoalStatus.STATUS_SUCCEEDED:
@@ -153,7 +153,7 @@ def play_target(
 ) -> bool:
     """Plan for a target, play, and print the result; return False if it was missed."""
     try:
-        result = client.plan(target, options.budget)
+        result = client.plan(target_message(target), options.budget)
     except NoPlanError as error:
         say(f'{text}: {error}')
         return False
@@ -168,27 +168,10 @@ def play_target(
     goal = client.goal_to_play(best.plan, options.valid_for)
     if not play_shot(client, '  planned', goal, options.arm):
         return False
-    reached, words = check_outcome(target, client.balls())
+    places = {name: ball.position for name, ball in client.balls().items()}
+    reached, words = reached_at_rest(target, places)
     say(f'  target      {words}')
     return reached
-
-
-def check_outcome(target: Target, balls: Balls) -> tuple[bool, str]:
-    """Judge by the balls at rest whether a target was reached; return that, and a sentence."""
-    if CUE_BALL not in balls:
-        return False, 'not reached: the cue ball is not on the table'
-    if target.kind == Target.POT and target.balls and not set(target.balls) - set(balls):
-        return False, f'not reached: still on the table: {", ".join(target.balls)}'
-    if target.kind == Target.REST or (target.kind == Target.POT and target.use_point):
-        apart = math.dist(balls[CUE_BALL].position, (target.point.x, target.point.y))
-        reached = apart <= target.radius
-        return reached, (
-            f'{"reached" if reached else "not reached"}: the cue ball rests {1e3 * apart:.1f} mm '
-            f'from the point, {1e3 * target.radius:g} mm are allowed'
-        )
-    if target.kind == Target.POT and target.balls:
-        return True, f'reached: pocketed: {", ".join(sorted(set(target.balls) - set(balls)))}'
-    return True, 'not judged: the balls at rest do not show whether it was reached'
 
 
 # --- the program --------------------------------------------------------------------------------
@@ -196,7 +179,9 @@ def check_outcome(target: Target, balls: Balls) -> tuple[bool, str]:
 
 def _target(text: str) -> tuple[str, Target]:
     try:
-        return text, target_message(yaml.safe_load(text))
+        target = read_target(yaml.safe_load(text))
+        target_message(target)  # refuses targets that the action does not take
+        return text, target
     except (ValueError, yaml.YAMLError) as error:
         raise argparse.ArgumentTypeError(str(error)) from None
 
@@ -235,8 +220,8 @@ def run_client(
     """
     Do some work with a client, and exit with one of the codes of `CLIENT_HELP`.
 
-    A client that `serves` is a node, which ends with 0 after a signal. `options` are parameters
-    of `RobotClient`.
+    A client that `serves` is the node `name`, which ends with 0 after a signal. `options` are
+    parameters of `RobotClient`.
     """
     caught: list[int] = []
 
@@ -251,12 +236,12 @@ def run_client(
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, lambda number, _: caught.append(number))
         try:
-            client = RobotClient(name, **options)
+            client = RobotClient(name if serves else f'{name}_client', **options)
             steady_timer(client, SIGNAL_PERIOD, end_if_caught)
             gc.freeze()  # a long garbage collection would silence the safety inputs
             code = PLAYED if work(client) else SHOT_FAILED
-        except (NotReadyError, TimeoutError) as error:
-            print(f'{name}: {error}', file=sys.stderr)
+        except NotReadyError as error:
+            say(f'{name}: {error}', sys.stderr)
             code = NOT_READY
     sys.exit(code)
 
@@ -302,10 +287,9 @@ def main(args: Sequence[str] | None = None) -> None:
         parser.error(str(error))
 
     def work(client: RobotClient) -> bool:
-        if options.serve or state:
-            wait_for_library(client)
         if options.serve:
-            return TurnServer(GameTable(client, scene)).serve()
+            wait_for_library(client)
+            return TurnServer(GameTable(client, scene), options.modules).serve()
         if options.targets:
             client.wait_for_planner()
         if options.targets or strokes:

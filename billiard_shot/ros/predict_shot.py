@@ -16,6 +16,7 @@ from billiard_shot.ros import conversions, cue_conversions
 from billiard_shot.ros.client import RobotClient
 from billiard_shot.ros.node_runner import own_arguments, parser_of
 from billiard_shot.ros.player import add_client_arguments, CLIENT_HELP, run_client
+from billiard_shot.ros.terminal import say
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.stroke_options import strokes_from_options
 from billiard_shot.table.motion import Motion
@@ -92,7 +93,7 @@ def main(args: Sequence[str] | None = None) -> None:
             request.use_table_state, request.all_balls = options.table, True
             request.tolerance = options.tolerance
             response = client.predict(request)
-            print(f'{name}: {stroke}\n{response_text(response, options.brief)}', flush=True)
+            say(f'{name}: {stroke}\n{response_text(response, options.brief)}')
             refused |= Status(response.status).refused
         return not refused
 

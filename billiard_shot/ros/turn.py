@@ -8,6 +8,7 @@ balls where these are enough; otherwise somebody is asked.
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
+from functools import partial
 import math
 from traceback import format_exception
 from typing import Any, TypeAlias, TypeVar
@@ -21,7 +22,7 @@ from billiard_shot.cue.outcome import GoalOutcome as Execution
 from billiard_shot.cue.outcome import RefusedError
 from billiard_shot.game.agent import Agent, scene_of
 from billiard_shot.game.call import Decision
-from billiard_shot.game.outcome import Outcome, outcome_of
+from billiard_shot.game.outcome import Outcome
 from billiard_shot.game.referee import choose, concede, judge
 from billiard_shot.game.ruling import Ruling
 from billiard_shot.game.seen import Places, possible_rulings
@@ -36,11 +37,14 @@ from billiard_shot.ros.client import (
     TableUnknownError,
 )
 from billiard_shot.ros.game_table import GameTable
-from billiard_shot.shot.replay import from_json
+from billiard_shot.ros.terminal import escaped
 
 T = TypeVar('T')
 
 TurnStage = PlayTurn.Feedback
+AIMED = 'aimed'
+"""Message of the feedback that tells when a shot waits to be armed."""
+
 Tell: TypeAlias = Callable[[int, str, str, Places], object]
 """Called with the stage, a message, the id of the shot, and the balls of the stage PLACE."""
 
@@ -62,17 +66,18 @@ EARLY_ENDS: dict[type[Exception], int] = {
     AgentError: PlayTurn.Result.AGENT_FAILED,
     TableUnknownError: PlayTurn.Result.TABLE_UNKNOWN,
     NotReadyError: PlayTurn.Result.NOT_READY,
-    TimeoutError: PlayTurn.Result.NOT_READY,
+    ValueError: PlayTurn.Result.INVALID,
+    Exception: PlayTurn.Result.AGENT_FAILED,  # in the rules of a game of somebody else
 }
 """Outcomes of turns that end early, by exception: of a class and its base, the class is first."""
 
 
 def early_end(error: Exception, client: RobotClient) -> tuple[int, str]:
-    """Outcome of `PlayTurn.Result` for an exception of `EARLY_ENDS`, and a message."""
-    if isinstance(error, AgentError):
-        client.get_logger().error(''.join(format_exception(error.__cause__)))
+    """Outcome of `PlayTurn.Result` for an exception, and a message."""
     outcome = next(each for kind, each in EARLY_ENDS.items() if isinstance(error, kind))
-    return outcome, str(error) or 'canceled'
+    if outcome == PlayTurn.Result.AGENT_FAILED:
+        client.get_logger().error(escaped(''.join(format_exception(error.__cause__ or error))))
+    return outcome, str(error) or repr(error)
 
 
 @dataclass
@@ -83,7 +88,7 @@ class Turn:
     agent: Agent
     tell: Tell
     ask: Ask
-    may_fire: Callable[[], bool]  # called again and again while the cue is aimed
+    arms: bool  # each shot as soon as it is aimed
     state: State  # before the next shot
     shots: list[TurnShot] = field(default_factory=list)  # that have been played
 
@@ -92,8 +97,10 @@ class Turn:
         player = self.state.player
         try:
             while not self.state.over and self.state.player == player:
+                if self.table.client.is_canceled:
+                    raise CanceledError('canceled')
                 self._go_on()
-        except tuple(EARLY_ENDS) as error:
+        except Exception as error:
             return early_end(error, self.table.client)
         if not self.state.over:
             return PlayTurn.Result.TURN_ENDED, f'player {self.state.player} is next'
@@ -149,17 +156,23 @@ class Turn:
             raise NotPlayedError(str(error)) from None
         self.tell(TurnStage.PLAY, decision.reason or 'plays', shot_id, {})
         self.table.records.clear()
-        answer = self.table.client.execute(goal, self.may_fire)
-        if answer.status != GoalStatus.STATUS_SUCCEEDED:
-            name = Execution(answer.result.outcome).name
-            raise NotPlayedError(f'{name}: {answer.result.message}')
-        self.tell(TurnStage.WATCH, 'the balls roll', shot_id, {})
-        places = self.table.places_at_rest(answer.result.strike.header.stamp)
-        self._judged(state, decision, self._ruling(state, decision, shot_id, places), shot_id)
+        aimed = partial(self.tell, TurnStage.PLAY, AIMED, shot_id, {})
+        answer = self.table.client.execute(goal, lambda: self.arms, aimed)
+        result = answer.result
+        ended = answer.status != GoalStatus.STATUS_SUCCEEDED and NotPlayedError(
+            f'{Execution(result.outcome).name}: {result.message}'
+        )
+        if ended and not result.struck:
+            raise ended
+        with self.table.client.to_the_end():  # a shot that has been played is judged
+            self.tell(TurnStage.WATCH, 'the balls roll', shot_id, {})
+            places = self.table.places_at_rest(result.strike.header.stamp)
+            self._judged(state, decision, self._ruling(state, decision, shot_id, places), shot_id)
+        if ended and self.state.player == state.player and not self.state.over:
+            raise ended
 
     def _ruling(self, state: State, decision: Decision, shot_id: str, places: Places) -> Ruling:
-        if record := self.table.record():
-            outcome = outcome_of(from_json(record))
+        if outcome := self.table.record():
             return judge(state, decision.call, replace(outcome, places=places))
         found = possible_rulings(state, decision.call, places)
         if len(found) == 1:
@@ -185,17 +198,7 @@ class Turn:
 
 
 def make_agent(name: str, scene: Scene, seed: int) -> Agent:
-    """
-    Make an agent.
-
-    Raises
-    ------
-    ValueError
-        If there is no such agent.
-    AgentError
-        If its module or its function `make` fails.
-
-    """
+    """Make an agent; ValueError if there is none, AgentError if its module or `make` fails."""
     try:
         return find_agent(name)(scene, seed)
     except ValueError:

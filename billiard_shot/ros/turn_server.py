@@ -1,22 +1,33 @@
 """The action `play_turn`: plays a turn of a game for whoever sends a goal."""
 
-from contextlib import suppress
+from collections.abc import Sequence
 
 from billiard_shot_msgs.action import PlayTurn
 from billiard_shot_msgs.srv import RuleShot
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.task import Future
 
+from billiard_shot.game.game import game_names
 from billiard_shot.game.outcome import Outcome
-from billiard_shot.game.seen import Places, told_outcome
+from billiard_shot.game.seen import Places, Told, told_outcome
 from billiard_shot.game.state import State
+from billiard_shot.game.tournament import agent_names
 from billiard_shot.ros.client import CanceledError
-from billiard_shot.ros.game_conversions import balls_message, game_state_message, state_of
+from billiard_shot.ros.game_conversions import (
+    balls_message,
+    game_state_message,
+    places_of,
+    state_of,
+)
 from billiard_shot.ros.game_table import GameTable
 from billiard_shot.ros.node_runner import GoalHandle
-from billiard_shot.ros.turn import early_end, EARLY_ENDS, make_agent, Turn
+from billiard_shot.ros.turn import early_end, make_agent, Turn
+from billiard_shot.scene.errors import InputError, Mistake, must_be_one_of, printable
 
 FOR_EVER = float('inf')
+
+RULE_TIME = 60.0
+"""Time in which somebody has to say what a shot did, once the goal is canceled [s]."""
 
 
 class TurnServer:
@@ -25,11 +36,12 @@ class TurnServer:
 
     The service `~/rule_shot` (billiard_shot_msgs/srv/RuleShot) takes what somebody saw of a shot
     that the feedback asks for. Both are of the node of the client, which answers whenever it
-    waits, as it does during nearly all of a turn.
+    waits, as it does during nearly all of a turn. Goals may name the games and players of the
+    package, and `modules`.
     """
 
-    def __init__(self, table: GameTable) -> None:
-        self._table, self._client = table, table.client
+    def __init__(self, table: GameTable, modules: Sequence[str] = ()) -> None:
+        self._table, self._client, self._modules = table, table.client, modules
         self._goal: tuple[GoalHandle, Future[PlayTurn.Result]] | None = None
         self._asked: tuple[str, State, Places] | None = None
         self._told: Outcome | None = None
@@ -49,12 +61,12 @@ class TurnServer:
     def serve(self) -> bool:
         """Play the turns of goals, until a signal ends the program."""
         while True:
-            with suppress(CanceledError):  # too late for the turn before
+            with self._client.to_the_end():  # a cancel may come too late for the turn before
                 self._client.until(lambda: self._goal, FOR_EVER)
             if self._goal:
                 goal, ended = self._goal
                 result = self._play(goal)
-                self._goal, self._client.is_canceled = None, False
+                self._goal = None
                 ended.set_result(result)
 
     # --- requests -------------------------------------------------------------------------------
@@ -70,7 +82,7 @@ class TurnServer:
         ended: Future[PlayTurn.Result] = Future(executor=self._client.executor)
         self._goal = goal, ended
         result = await ended
-        self._taken = False
+        self._taken = self._client.is_canceled = False
         assert result is not None
         if goal.is_cancel_requested and result.outcome == result.CANCELED:
             goal.canceled()
@@ -96,9 +108,8 @@ class TurnServer:
                     f'{len(request.pockets)}'
                 )
             pockets = dict(zip(request.pocketed, request.pockets, strict=True))
-            self._told = told_outcome(
-                *asked[1:], request.first_contact, request.to_cushion, pockets, request.double_hit
-            )
+            told = Told(request.first_contact, request.to_cushion, pockets, request.double_hit)
+            self._told = told_outcome(*asked[1:], told)
             response.success = True
         except ValueError as error:
             response.message = str(error)
@@ -110,22 +121,30 @@ class TurnServer:
         request, log = goal.request, self._client.get_logger()
 
         def tell(stage: int, message: str, shot_id: str, balls: Places) -> None:
-            log.info(message)
+            log.info(printable(message))
             feedback = PlayTurn.Feedback(stage=stage, message=message, shot_id=shot_id)
             feedback.balls = balls_message(balls)
             goal.publish_feedback(feedback)
 
         try:
+            for field, name, known in (
+                ('state.game', request.state.game, game_names()),
+                ('agent', request.agent.partition(':')[0], ['', *agent_names()]),
+            ):
+                if name not in (*known, *self._modules):
+                    raise InputError([Mistake((field,), must_be_one_of(known, name))])
             self._client.wait_for_driver()
-            state = state_of(request.state, self._table.places_at_rest(), self._table.scene)
+            places = places_of(request.balls) or self._table.places_at_rest()
+            state = state_of(request.state, places, self._table.scene)
             agent = make_agent(request.agent or 'player', self._table.scene, request.seed)
-        except tuple(EARLY_ENDS) as error:
-            return _ended(goal, *early_end(error, self._client))
-        except ValueError as error:
-            return _ended(goal, PlayTurn.Result.INVALID, str(error))
-        turn = Turn(self._table, agent, tell, self._ask, lambda: bool(request.arm), state=state)
+        except Exception as error:
+            outcome, message = early_end(error, self._client)
+            return PlayTurn.Result(
+                outcome=outcome, message=message, state=request.state, balls=request.balls
+            )
+        turn = Turn(self._table, agent, tell, self._ask, request.arm, state=state)
         outcome, message = turn.play()
-        log.info(message)
+        log.info(printable(message))
         return PlayTurn.Result(
             outcome=outcome,
             message=message,
@@ -137,13 +156,10 @@ class TurnServer:
     def _ask(self, shot_id: str, state: State, places: Places) -> Outcome:
         self._told, self._asked = None, (shot_id, state, places)
         try:
-            self._client.until(lambda: self._told, FOR_EVER)
+            self._client.until(lambda: self._told or self._client.is_canceled, FOR_EVER)
+            self._client.until(lambda: self._told, RULE_TIME)
         finally:
             self._asked = None
-        assert self._told
+        if self._told is None:
+            raise CanceledError(f'canceled, and nobody has ruled on {shot_id!r}')
         return self._told
-
-
-def _ended(goal: GoalHandle, outcome: int, message: str) -> PlayTurn.Result:
-    """Make the result of a turn that has not begun."""
-    return PlayTurn.Result(outcome=outcome, message=message, state=goal.request.state)

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 Path = tuple[str, ...]  # keys from the top down, such as ('ball', 'mass')
 TWICE = 'is there twice'
 LONGEST_VALUE = 200  # characters of a value in a message
+MOST_MISTAKES = 50  # in a message
 Lines = Mapping[Path, int]  # line of each key of a file, from 1
 
 
@@ -64,12 +65,18 @@ class InputError(ValueError):
         self.mistakes, self.about, self.valid_part = found, about, valid_part
 
     def __str__(self) -> str:
-        texts = [_text(mistake) for mistake in self.mistakes]
-        if len(texts) == 1:
+        texts = [_text(mistake) for mistake in self.mistakes[:MOST_MISTAKES]]
+        if len(self.mistakes) == 1:
             colon = ':' if self.mistakes[0].path or self.mistakes[0].line else ''
             return f'{self.about}{colon} {texts[0]}' if self.about else texts[0]
-        heading = f'{len(texts)} mistakes'
+        heading = f'{len(self.mistakes)} mistakes'
+        texts += ['...'] * (len(self.mistakes) > MOST_MISTAKES)
         return '\n  '.join([f'{self.about}: {heading}' if self.about else heading, *texts])
+
+
+def printable(text: str) -> str:
+    """Escape characters that do not print; a terminal would obey some of them."""
+    return ''.join(c if c.isprintable() else repr(c)[1:-1] for c in text)
 
 
 def must_be(allowed: str, got: object, unit: str = '') -> str:
@@ -120,7 +127,7 @@ def _text(mistake: Mistake) -> str:
     if not mistake.path:
         return place + mistake.text
     space = '' if mistake.text.startswith(':') else ' '
-    return f'{place}{".".join(mistake.path)}{space}{mistake.text}'
+    return f'{place}{printable(".".join(mistake.path))[:LONGEST_VALUE]}{space}{mistake.text}'
 
 
 def _line(path: Path, lines: Lines) -> int | None:

@@ -25,7 +25,8 @@ from billiard_shot.scene.values import as_float, check_type, whole
 Convert = Callable[[object], Any]
 TAKES, DERIVED, SECTION_KEY = 'takes', 'derived', 'section'
 NUMBER, WHOLE = 'number', 'whole'
-A_NAME = "a name, such as '8'"
+LONGEST_NAME = 64  # characters
+A_NAME = f"a name, such as '8', of at most {LONGEST_NAME} printable characters"
 
 
 class Range(NamedTuple):
@@ -106,7 +107,9 @@ def boolean(*, default: bool) -> Any:
 
 def _is_name(value: object) -> bool:
     """Whether YAML may have read a value from a name; 8 is a name, too."""
-    return isinstance(value, str | int) and not isinstance(value, bool)
+    if isinstance(value, bool) or not isinstance(value, str | int):
+        return False
+    return 0 < len(str(value)) <= LONGEST_NAME and str(value).isprintable()
 
 
 def places() -> Any:
@@ -144,7 +147,7 @@ def name(*, nullable: bool = False) -> Any:
     def convert(value: object) -> str | None:
         if nullable and value is None:
             return None
-        if not _is_name(value) or value == '':
+        if not _is_name(value):
             raise refused(value, A_NAME)
         return str(value)
 

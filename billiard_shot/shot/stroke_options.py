@@ -97,9 +97,10 @@ def strokes_from_options(options: argparse.Namespace, scene: Scene) -> dict[str,
     if options.strokes:
         return read_strokes(options.strokes, scene.cue_ball)
     if not given:
+        aim = '--aim BALL or ' if hasattr(options, 'aim') else ''
         raise ValueError(
-            'stroke is missing; give --speed and --aim BALL or --azimuth-deg, --strokes FILE, or '
-            '--normal and --velocity'
+            f'stroke is missing; give --speed and {aim}--azimuth-deg, --strokes FILE, or --normal '
+            'and --velocity'
         )
     if 'aim' in given:
         return {'1': _aimed(given, options, scene)}

@@ -19,18 +19,16 @@ import sys
 import tempfile
 import time
 
-from billiard_shot_msgs.srv import PredictShot
 from domain_coordinator import domain_id
 from PIL import Image
 import rclpy
-from rclpy.node import Node
 from visualization_msgs.msg import MarkerArray
 
 from billiard_shot import Scene, Stroke
+from billiard_shot.ros.client import RobotClient
 from billiard_shot.ros.node_runner import LATCHED
 from billiard_shot.ros.predict_shot import request_of
 from billiard_shot.ros.processes import quiet_environment
-from billiard_shot.ros.service_caller import ServiceCaller
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
@@ -70,7 +68,7 @@ def published_markers():
         ]
         rclpy.init()
         try:
-            node = Node('picture')
+            node = RobotClient('picture')
             for topic in TOPICS:
                 node.create_subscription(
                     MarkerArray,
@@ -78,11 +76,9 @@ def published_markers():
                     lambda message, topic=topic: received.update({topic: message}),
                     LATCHED,
                 )
-            predictor = ServiceCaller(node, PredictShot, 'predict_shot')
-            if not predictor.client.wait_for_service(120.0):
-                sys.exit('the predictor did not start')
+            node.wait_for_predictor()
             scene = Scene.load(SCENE)
-            predictor.call(request_of(STROKE, scene, scene.cue_ball[:2]), repeatable=True)
+            node.predict(request_of(STROKE, scene, scene.cue_ball[:2]))
             end = time.monotonic() + 30.0
             while len(received) < len(TOPICS) and time.monotonic() < end:
                 rclpy.spin_once(node, timeout_sec=0.1)

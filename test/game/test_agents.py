@@ -262,7 +262,7 @@ def test_a_person_plays_and_the_rack_becomes_pages(tmp_path, capsys, monkeypatch
     words = ['play', 'practice', '--balls', '1', '--scene', 'seven_foot', '--players', 'person']
     assert main([*words, '--pages', str(tmp_path / 'rack')]) == 0
     out = capsys.readouterr().out
-    assert 'two numbers' in out
+    assert 'X Y must be 2 numbers' in out
     assert 'must be at x ' in out
     assert 'index.html' in out
     assert (tmp_path / 'rack' / 'shot-01.html').stat().st_size > 10_000

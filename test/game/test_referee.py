@@ -64,8 +64,17 @@ def test_a_state_is_saved_and_loaded(game, tmp_path):
         ('player', None, '0 or 1'),
         ('phase', 'lag', 'break, second, play'),
         ('fouls', (1, -1), 'two whole numbers, at least 0'),
-        ('groups', ('solids',), "2 of 'solids', 'stripes'"),
+        ('groups', ('solids',), "one of ('', ''), ('solids', 'stripes')"),
+        ('groups', ('solids', 'solids'), "got ('solids', 'solids')"),
+        ('groups', ('solids', ''), "got ('solids', '')"),
         ('choices', ('resign',), "a list of 'accept'"),
+        ('choices', ('accept',) * 100_000, 'each at most once'),
+        ('choices', 'accept', 'each at most once'),
+        ('game', '../../x', 'or a module such as package.module'),
+        ('game', 'practice\x1b[2J', 'of at most 64 printable characters'),
+        ('balls', {'1': (0, 0), '16': (0.5, 0)}, "14, 15, got '16'"),
+        ('balls', {str(i): (0.0, 0.0) for i in range(100_000)}, "got '0'"),
+        ('balls', {'\x1b[2J': (0.0, 0.0)}, 'of at most 64 printable characters'),
         ('time_left', (1.0, math.inf), 'two finite numbers'),
         ('balls', {'1': (0, 0), '2': (0, 0.05)}, "overlaps ball '1'"),
     ],
@@ -74,6 +83,16 @@ def test_a_state_refuses_what_makes_no_sense(field, value, allowed):
     with pytest.raises(ValueError, match=field) as caught:
         State.from_dict({**EIGHT.to_dict(), field: value})
     assert allowed in str(caught.value)
+    assert len(str(caught.value)) < 1000
+    assert str(caught.value).isprintable()
+
+
+@pytest.mark.parametrize(
+    'field', [{'player': 1}, {'breaker': 1}, {'winner': 1}, {'choices': ('pass',)}]
+)
+def test_a_game_of_one_player_has_no_second_player(field):
+    with pytest.raises(ValueError, match=f'{next(iter(field))} must be .* in practice'):
+        replace(start('practice', TABLE), **field)
 
 
 def test_the_cue_ball_is_placed_by_the_rules():
@@ -94,6 +113,9 @@ def test_an_unknown_game_is_refused():
         find_game('snooker')
     with pytest.raises(ValueError, match='is not a module with GAME'):
         find_game('json.decoder')
+    for name in ('../../x', '.json', 'json.', 'json..decoder'):
+        with pytest.raises(ValueError, match='or a module such as'):
+            find_game(name)
 
 
 def test_a_pot_is_read_from_a_prediction():

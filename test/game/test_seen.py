@@ -12,7 +12,7 @@ from billiard_shot.game.call import Call
 from billiard_shot.game.game import start
 from billiard_shot.game.outcome import outcome_of
 from billiard_shot.game.referee import judge
-from billiard_shot.game.seen import MOVED, possible_rulings, told_outcome
+from billiard_shot.game.seen import MOVED, possible_rulings, Told, told_outcome
 
 SCENE = Scene.load('pool_table')
 
@@ -78,10 +78,9 @@ def test_the_true_ruling_is_among_the_possible_ones(game):
         ruling = judge(state, call, outcome)
         possible = possible_rulings(state, call, outcome.places)
         assert any(ruling.state == each.state for each in possible), (seed, ruling.text)
-        told = told_outcome(
-            state, outcome.places, met or '', outcome.to_cushion, dict(outcome.pocketed)
-        )
-        assert judge(state, call, told).state == ruling.state
+        told = Told(met or '', outcome.to_cushion, dict(outcome.pocketed))
+        complete = told_outcome(state, outcome.places, told)
+        assert judge(state, call, complete).state == ruling.state
         compared += 1
     assert compared > 40
 
@@ -97,6 +96,5 @@ def test_the_true_ruling_is_among_the_possible_ones(game):
 )
 def test_what_is_told_is_checked(told, words):
     after = {name: place for name, place in BALLS.items() if name != '1'}
-    given = {'first_contact': '', 'to_cushion': (), 'pockets': {}} | told
     with pytest.raises(ValueError, match=words):
-        told_outcome(state_of('practice', BALLS), after, **given)
+        told_outcome(state_of('practice', BALLS), after, Told(**told))

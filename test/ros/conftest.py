@@ -76,9 +76,10 @@ def domain() -> Iterator[None]:
 class Launch(contextlib.ExitStack):
     """Starts nodes; `close` stops them."""
 
-    def __call__(self, name: str, *arguments: str) -> subprocess.Popen[str]:
+    def __call__(self, name: str, *arguments: str, stdin: Any = None) -> subprocess.Popen[str]:
         process = subprocess.Popen(
             [sys.executable, '-m', f'billiard_shot.ros.{name}', '--ros-args', *arguments],
+            stdin=stdin,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             text=True,

@@ -14,7 +14,7 @@ from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.executors import MultiThreadedExecutor
 from waiting import PATIENCE
 
-from billiard_shot.ros.client import CanceledError, RobotClient
+from billiard_shot.ros.client import CanceledError, NotReadyError, RobotClient
 
 
 def test_a_goal_is_cancelled_that_is_not_answered_yet(node):
@@ -62,4 +62,39 @@ def test_a_goal_is_cancelled_that_is_not_answered_yet(node):
     spinning.join(PATIENCE)
     server.destroy()
     driver.destroy_node()
+    client.destroy_node()
+
+
+def test_a_client_whose_driver_ends_is_told(node):
+    """Before, it waited until the shot expired, and for a minute more."""
+    driver = rclpy.create_node('cue_driver', namespace='/mortal')
+    executor = MultiThreadedExecutor(3)
+    aimed, ending = threading.Event(), threading.Event()
+
+    def play(goal):
+        aimed.set()
+        ending.wait(PATIENCE)
+        return ExecuteShot.Result()
+
+    server = ActionServer(
+        driver, ExecuteShot, 'execute_shot', play, callback_group=ReentrantCallbackGroup()
+    )
+    executor.add_node(driver)
+    spinning = threading.Thread(target=executor.spin, daemon=True)
+    spinning.start()
+    client = RobotClient('player', '/mortal')
+    assert client.execute_shot.wait_for_server(PATIENCE)
+
+    def end():
+        aimed.wait(PATIENCE)
+        time.sleep(1.0)
+        server.destroy()
+        driver.destroy_node()
+        ending.set()
+
+    threading.Thread(target=end, daemon=True).start()
+    with pytest.raises(NotReadyError, match='action execute_shot: its node has ended'):
+        client.execute(ExecuteShot.Goal())
+    executor.shutdown()
+    spinning.join(PATIENCE)
     client.destroy_node()

@@ -57,11 +57,11 @@ def test_the_outcome_is_not_read_from_a_table_state_older_than_the_strike(node):
         return TableState(header=Header(stamp=Time(sec=seconds)), balls=[ball])
 
     player.table = seen(99, 0.1)
-    with pytest.raises(NotReadyError, match='from before the strike after 1 s: picture'):
+    with pytest.raises(NotReadyError, match='the picture is from before the strike after 1 s'):
         player.wait_for_rest(strike, seconds=1.0)
     player.table = seen(101, 0.1)  # a later picture, in which the ball is hidden
     player.table.balls[0].last_seen = Time(sec=99)
-    with pytest.raises(NotReadyError, match="from before the strike after 1 s: ball 'cue'"):
+    with pytest.raises(NotReadyError, match="ball 'cue' is from before the strike after 1 s"):
         player.wait_for_rest(strike, seconds=1.0)
     for seconds in (101, 0):  # later; of unknown time
         player.table = seen(seconds, 0.3)

@@ -21,11 +21,10 @@ from rclpy.client import Client
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from std_srvs.srv import Trigger
-from waiting import PATIENCE
+from waiting import PATIENCE, RETRY_PERIOD
 
-from billiard_shot.ros import player
+from billiard_shot.ros import player, predict_shot
 from billiard_shot.ros.processes import quiet_environment
-from billiard_shot.ros.service_caller import RETRY_PERIOD
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = ROOT / 'docs' / 'firing.md'
@@ -254,7 +253,7 @@ def test_the_player_plays_strokes_from_a_file_and_for_several_targets(shell, ser
         (
             [*PLAYER, '--speed', '1', '--wait', '1', '--ros-args', '-r', '__ns:=/nobody'],
             3,
-            '/nobody/predictor: there is no such node; waited for 1 s',
+            '/nobody/predictor: no such node is known so far; waited for 1 s',
         ),
         (
             [*PLAYER, '--speed', '1', '--simulate-safety-inputs'],
@@ -276,7 +275,9 @@ def test_exit_codes_and_messages(shell, arguments, code, words):
 @pytest.mark.parametrize(
     ('program', 'arguments', 'words'),
     [
-        (player, '', 'stroke is missing'),
+        (player, '', 'stroke is missing; give --speed and --azimuth-deg'),
+        (predict_shot, '', 'stroke is missing; give --speed and --azimuth-deg'),
+        (player, '--game ../../x', 'or a module such as package.module'),
         (player, '--speed 0', 'speed must be 1e-12 to 1e+12, got 0.0'),
         (player, '--speed fast', "'fast'"),
         (player, '--speed 1 --scene no_such_scene', 'no_such_scene'),

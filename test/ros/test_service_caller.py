@@ -8,14 +8,14 @@ import pytest
 
 pytest.importorskip('billiard_shot_msgs', reason='needs ROS 2')
 
+from rcl_interfaces.msg import Log
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from std_srvs.srv import Trigger
-from waiting import PATIENCE
+import waiting
+from waiting import PATIENCE, PatientCaller
 
-from billiard_shot.ros import service_caller
 from billiard_shot.ros.client import NotReadyError, RobotClient
-from billiard_shot.ros.service_caller import ServiceCaller
 
 
 class Stand:
@@ -88,7 +88,7 @@ def come_up():
 
 def test_a_lost_request_is_sent_again_if_it_is_repeatable(node, come_up):
     stand = Stand(node, partial(AskedTooEarly, come_up))
-    late = ServiceCaller(stand, Trigger, 'late')
+    late = PatientCaller(stand, Trigger, 'late')
     answer = late.call(Trigger.Request(), timeout=PATIENCE, repeatable=True)
     assert isinstance(answer, Trigger.Response)
     assert late.client.requests > 1
@@ -97,7 +97,7 @@ def test_a_lost_request_is_sent_again_if_it_is_repeatable(node, come_up):
 
 def test_other_requests_are_sent_once(node, come_up):
     stand = Stand(node, partial(AskedTooEarly, come_up))
-    late = ServiceCaller(stand, Trigger, 'late')
+    late = PatientCaller(stand, Trigger, 'late')
     with pytest.raises(TimeoutError, match='no answer from /late'):
         late.call(Trigger.Request(), timeout=1.0)
     assert late.client.requests == 1
@@ -105,20 +105,52 @@ def test_other_requests_are_sent_once(node, come_up):
 
 
 def test_a_new_client_replaces_one_that_the_server_never_discovers(node, come_up, monkeypatch):
-    monkeypatch.setattr(service_caller, 'RETRY_PERIOD', 0.5)
-    monkeypatch.setattr(service_caller, 'RENEWAL_PERIOD', 2.0)
+    monkeypatch.setattr(waiting, 'RETRY_PERIOD', 0.5)
+    monkeypatch.setattr(waiting, 'RENEWAL_PERIOD', 2.0)
     come_up()
     clients = len(list(node.clients))
     stand = Stand(node, NeverDiscovered)
-    late = ServiceCaller(stand, Trigger, 'late')
+    late = PatientCaller(stand, Trigger, 'late')
     answer = late.call(Trigger.Request(), timeout=PATIENCE, repeatable=True)
     assert isinstance(answer, Trigger.Response)
     assert len(list(node.clients)) == clients + 1
     # Later calls must not wait for the first client again.
-    monkeypatch.setattr(service_caller, 'RENEWAL_PERIOD', math.inf)
+    monkeypatch.setattr(waiting, 'RENEWAL_PERIOD', math.inf)
     assert isinstance(late.call(Trigger.Request(), PATIENCE, repeatable=True), Trigger.Response)
     stand.destroy_client(late.client)
     assert len(list(node.clients)) == clients
+
+
+def test_a_request_of_a_client_that_may_be_repeated_is_sent_again(node, come_up):
+    client = RobotClient('asking', '/early')
+    late = AskedTooEarly(come_up, client.create_client(Trigger, '/late'))
+    assert isinstance(client.call(late, Trigger.Request(), attempts=15), Trigger.Response)
+    assert late.requests > 1
+    client.destroy_node()
+
+
+def test_a_wait_goes_on_as_long_as_the_node_shows_progress(node, monkeypatch):
+    """Before, a client gave up although the planner, which it waited for, logged its progress."""
+    client = RobotClient('waiting', '/slow', timeout=5.0)
+    now, parts = 0.0, 0
+
+    def until(ready, seconds):
+        nonlocal now, parts
+        now += seconds + 0.01
+        parts += parts < 20
+        client._on_log(Log(name='slow.planner', msg=f'{parts} of 20 parts'))
+        client._on_log(Log(name='slow.cue_driver', msg=f'no message for {now} s'))
+        return ready()
+
+    monkeypatch.setattr('billiard_shot.ros.client.monotonic', lambda: now)
+    monkeypatch.setattr(client, 'until', until)
+    client.wait_for('planner', lambda: parts == 20)
+    assert now > 20.0
+    with pytest.raises(NotReadyError, match='waited for 5 s'):  # why it is not ready is none
+        client.wait_for('cue_driver', lambda: False)
+    with pytest.raises(NotReadyError, match='waited for 5 s'):  # without progress
+        client.wait_for('planner', lambda: False)
+    client.destroy_node()
 
 
 def test_a_wait_repeats_what_the_node_logged_last(node):

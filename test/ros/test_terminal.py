@@ -1,7 +1,9 @@
-"""Answers fit a terminal: what `ros2 service call` and `ros2 action send_goal` print."""
+"""What a terminal shows: answers fit it, and strings from outside do not control it."""
 
 from dataclasses import replace
 from math import pi
+import os
+from types import SimpleNamespace
 
 import pytest
 
@@ -11,8 +13,10 @@ from billiard_shot_msgs.action import PlanShot
 from ros2 import as_yaml
 from std_msgs.msg import Header
 
-from billiard_shot import plan, predict, Scene, Stroke
+from billiard_shot import machine_code, plan, predict, Scene, Stroke
 from billiard_shot.ros import conversions, plan_conversions
+from billiard_shot.ros.node_runner import PROGRESS_PERIOD, wait_for_library
+from billiard_shot.ros.terminal import say, TypedLines
 
 SCREEN = 60
 """Lines."""
@@ -62,3 +66,38 @@ def test_a_plan_is_short_and_its_long_form_is_not():
     # Beside two screens, the covariances of two balls, an element a line.
     assert lines() <= 2 * SCREEN + 2 * 9
     assert lines(plan_count=10, sample_count=200) > 2000 * len(result.ranking)
+
+
+def test_strings_from_outside_do_not_control_the_terminal(capsys):
+    say('shot \x1b[2J\x07\u202eé\nline two\r')
+    assert capsys.readouterr().out == 'shot \\x1b[2J\\x07\\u202eé\nline two\\r\n'
+
+
+def test_typed_lines_are_taken_one_by_one_without_waiting(monkeypatch):
+    read, write = os.pipe()
+    with os.fdopen(read) as typed, os.fdopen(write, 'wb', buffering=0) as keyboard:
+        monkeypatch.setattr('sys.stdin', typed)
+        lines = TypedLines()
+        assert lines.next() is None
+        keyboard.write(b' fire \n\xff\nno')
+        assert [lines.next() for _ in range(3)] == ['fire', '\ufffd', None]
+        keyboard.write(b'w\n')
+        assert lines.next() == 'now'
+        keyboard.close()
+        assert lines.next() is None
+
+
+@pytest.mark.parametrize('is_complete', [True, False])
+def test_a_start_tells_of_compiling_only_if_something_is_compiled(is_complete, monkeypatch):
+    """Before, `8 of 8 parts` was told while the parts were loaded on a busy machine."""
+    said = []
+    node = SimpleNamespace(get_logger=lambda: SimpleNamespace(info=said.append))
+
+    def require(report=None):
+        if report:
+            report(8, 8, 2.0 * PROGRESS_PERIOD)
+
+    monkeypatch.setattr(machine_code, 'is_complete', lambda: is_complete)
+    monkeypatch.setattr(machine_code, 'require', require)
+    wait_for_library(node)
+    assert bool(said) != is_complete

@@ -1,10 +1,13 @@
 """Turns of games with the mechanical cue: real processes, and rulings from pictures."""
 
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from functools import partial
 import os
 import re
 import signal
+import subprocess
+import threading
 from time import sleep
 from types import SimpleNamespace
 import warnings
@@ -18,6 +21,7 @@ from billiard_shot_msgs.action import PlayTurn
 from billiard_shot_msgs.msg import GameState, TableState
 from billiard_shot_msgs.srv import PlaceBalls, RuleShot
 from cell import PATIENT, STARTS
+from hypothesis import given, strategies
 from rclpy.action import ActionClient
 from waiting import PATIENCE, PatientCaller
 
@@ -26,6 +30,7 @@ from billiard_shot.cue.outcome import GoalOutcome
 from billiard_shot.game.call import Call, Decision
 from billiard_shot.game.game import start
 from billiard_shot.game.outcome import Outcome
+from billiard_shot.game.state import State
 from billiard_shot.game.tournament import find_agent
 from billiard_shot.perception.sightings import moved, Sighting
 from billiard_shot.ros.client import CanceledError, NotReadyError, TableUnknownError
@@ -65,14 +70,64 @@ def test_states_there_and_back():
         state_of(GameState(game='cricket'), BALLS, SCENE)
 
 
+TEXTS = strategies.text(max_size=5) | strategies.sampled_from(
+    [
+        'practice',
+        'eight_ball',
+        'nine_ball',
+        '../../x',
+        'play',
+        'break',
+        'kitchen',
+        'pass',
+        'solids',
+    ]
+)
+
+
+@given(
+    game=TEXTS,
+    player=strategies.integers(0, 255),
+    phase=TEXTS,
+    in_hand=TEXTS,
+    choices=strategies.lists(TEXTS, max_size=3) | strategies.just(['accept'] * 100_000),
+    groups=strategies.lists(TEXTS, min_size=2, max_size=2),
+    fouls=strategies.lists(strategies.integers(-(2**31), 2**31 - 1), min_size=2, max_size=2),
+    winner=strategies.integers(-128, 127),
+    over=strategies.booleans(),
+    balls=strategies.dictionaries(
+        strategies.sampled_from(['cue', '1', '15', '16', '\x1b[2J']),
+        strategies.tuples(strategies.floats(), strategies.floats()),
+    ),
+)
+def test_any_message_is_a_state_or_is_refused(balls, **fields):
+    with suppress(ValueError):
+        state = state_of(GameState(**fields), balls, SCENE)
+        assert state.choices or state.over or state.in_hand or 'cue' in state.balls
+
+
 # --- what pictures do not show -------------------------------------------------------------------
 
 
 class Client:
     """Client of a robot that plays every stroke; a camera then sees the balls at `after`."""
 
-    def __init__(self, before, after, error=None):
+    def __init__(self, before, after, error=None, cancel_at=None, stopped=False):
         self.seen, self.after, self.error = before, after, error
+        self.cancel_at, self.stopped = cancel_at, stopped
+        self.is_canceled = self.goes_on = False
+
+    def reach(self, moment):
+        """Cancel at a moment, which ends the wait unless the client goes on to the end."""
+        self.is_canceled |= moment == self.cancel_at
+        if self.is_canceled and not self.goes_on:
+            raise CanceledError('canceled')
+
+    @contextmanager
+    def to_the_end(self):
+        self.goes_on = True
+        yield
+        self.goes_on = False
 
     def create_subscription(self, *_):
         return None
@@ -94,20 +149,28 @@ class Client:
         if self.error:
             raise self.error
         if strike:
+            self.reach('watch')
             self.seen = self.after
         return {name: Sighting(place) for name, place in self.seen.items()}
 
     def goal(self, stroke, balls, scene, shot_id):
         return balls
 
-    def execute(self, goal, may_fire):
-        """Play only if the balls of the goal lie as they did, as the driver does."""
-        strike = SimpleNamespace(header=SimpleNamespace(stamp=1))
-        if problem := moved(goal, self.wait_for_rest(), 1e-3):
-            result = SimpleNamespace(outcome=GoalOutcome.TABLE_DIFFERS, message=problem)
+    def execute(self, goal, may_fire, on_aimed):
+        on_aimed()
+        self.reach('aimed')
+        assert may_fire()
+        self.is_canceled |= self.cancel_at == 'firing'
+        if problem := moved(goal, self.wait_for_rest(), 1e-3):  # as the driver does
+            result = SimpleNamespace(
+                outcome=GoalOutcome.TABLE_DIFFERS, message=problem, struck=False
+            )
             return SimpleNamespace(status=GoalStatus.STATUS_ABORTED, result=result)
-        result = SimpleNamespace(strike=strike)
-        return SimpleNamespace(status=GoalStatus.STATUS_SUCCEEDED, result=result)
+        strike = SimpleNamespace(header=SimpleNamespace(stamp=1))
+        outcome, message = (4, 'the emergency stop') if self.stopped else (0, 'done')
+        status = GoalStatus.STATUS_ABORTED if self.stopped else GoalStatus.STATUS_SUCCEEDED
+        result = SimpleNamespace(strike=strike, struck=True, outcome=outcome, message=message)
+        return SimpleNamespace(status=status, result=result)
 
 
 class Shooter:
@@ -128,7 +191,7 @@ def turn_of(client, state, asked=None, agent=None):
         return asked
 
     tell = lambda stage, message, shot_id, balls: told.append((stage, message))  # noqa: E731
-    return Turn(GameTable(client, SCENE), agent or Shooter(), tell, ask, lambda: True, state), told
+    return Turn(GameTable(client, SCENE), agent or Shooter(), tell, ask, True, state), told
 
 
 def without(*names):
@@ -161,14 +224,43 @@ def test_somebody_is_asked_for_what_pictures_do_not_show():
     ('error', 'outcome'),
     [
         (TableUnknownError("ball '9' is not seen"), PlayTurn.Result.TABLE_UNKNOWN),
-        (NotReadyError('cue_driver: there is no such node'), PlayTurn.Result.NOT_READY),
-        (CanceledError(), PlayTurn.Result.CANCELED),
+        (NotReadyError('cue_driver: no such node is known so far'), PlayTurn.Result.NOT_READY),
+        (CanceledError('canceled'), PlayTurn.Result.CANCELED),
     ],
 )
 def test_a_turn_that_cannot_go_on_says_why(error, outcome):
     turn, _ = turn_of(Client(BALLS, BALLS, error), game_of('practice'))
-    assert turn.play() == (outcome, str(error) or 'canceled')
+    assert turn.play() == (outcome, str(error))
     assert turn.state == game_of('practice')
+
+
+@pytest.mark.parametrize('moment', ['firing', 'watch'])
+def test_a_cancel_after_the_strike_waits_for_the_ruling(moment):
+    """Before, the state was that before the shot, although the balls lay elsewhere."""
+    after, state = without('1'), game_of('eight_ball', groups=('solids', 'stripes'))
+    seen = Outcome(first_contact='1', pocketed=(('1', 'foot_left'),), places=after)
+    turn, told = turn_of(Client(BALLS, after, cancel_at=moment), state, seen)
+    assert turn.play() == (PlayTurn.Result.CANCELED, 'canceled')
+    assert turn.state.shots == 1
+    assert turn.state.balls == after
+    assert told[-1][0] == TurnStage.JUDGED
+
+
+def test_a_cancel_before_the_strike_ends_the_turn():
+    turn, _ = turn_of(Client(BALLS, BALLS, cancel_at='aimed'), game_of('practice'))
+    assert turn.play() == (PlayTurn.Result.CANCELED, 'canceled')
+    assert turn.state == game_of('practice')
+
+
+def test_a_stroke_that_was_stopped_after_it_met_the_ball_is_judged():
+    state = game_of('eight_ball', groups=('solids', 'stripes'))
+    turn, _ = turn_of(Client(BALLS, without('cue'), stopped=True), state)
+    assert turn.play() == (PlayTurn.Result.TURN_ENDED, 'player 1 is next')
+    after = without('1')
+    seen = Outcome(first_contact='1', pocketed=(('1', 'foot_left'),), places=after)
+    turn, _ = turn_of(Client(BALLS, after, stopped=True), state, seen)
+    assert turn.play() == (PlayTurn.Result.NOT_PLAYED, 'ESTOP: the emergency stop')
+    assert (turn.state.player, turn.state.balls) == (0, after)
 
 
 class Failing(Shooter):
@@ -236,7 +328,7 @@ def test_two_balls_are_cleared(cell):
         told.append((stage, message, balls))
 
     agent = find_agent('player')(SCENE, 0)
-    turn = Turn(GameTable(cell.player, SCENE), agent, tell, None, lambda: True, state)
+    turn = Turn(GameTable(cell.player, SCENE), agent, tell, None, True, state)
     assert turn.play() == (PlayTurn.Result.OVER, 'player 0 wins'), told
     assert sorted(ball for shot in turn.shots for ball in shot.gone) == ['1', '2']
     assert all(not shot.fouls for shot in turn.shots)
@@ -289,7 +381,8 @@ def server(cell, launch_once, tmp_path, monkeypatch):
 
     for left in reversed(range(STARTS)):
         process = launch_once(
-            'player', '-r', f'__ns:={SPACE}', '--', '--serve', '--scene', 'robot_table'
+            *('player', '-r', f'__ns:={SPACE}', '--', '--serve', '--scene', 'robot_table'),
+            *('--modules', 'failing.agent'),
         )
         action = ActionClient(cell.player, PlayTurn, f'{SPACE}/play_turn')
         if cell.player.until(partial(answered, action), PATIENCE / 2):
@@ -326,11 +419,18 @@ def test_the_action_plays_a_turn(cell, server):
     assert not refused.success
     assert 'shot_id must be' in refused.message
 
-    bad = PlayTurn.Goal(state=GameState(game='cricket'))
-    answer = ended(cell, begin(cell, action, bad, []))
-    assert answer.status == GoalStatus.STATUS_ABORTED
-    assert answer.result.outcome == PlayTurn.Result.INVALID
-    assert "'cricket'" in answer.result.message
+    for game, agent, words in (
+        ('cricket', '', "state.game must be one of .*, got 'cricket'"),
+        ('../../x', '', r"state.game .*, got '\.\./\.\./x'"),
+        ('failing.another', '', "got 'failing.another'"),
+        ('practice', 'os.path', "agent must be one of .*, got 'os.path'"),
+        ('practice', 'player:effort=much', 'effort must be a number'),
+    ):
+        bad = PlayTurn.Goal(state=GameState(game=game), agent=agent)
+        answer = ended(cell, begin(cell, action, bad, []))
+        assert answer.status == GoalStatus.STATUS_ABORTED
+        assert answer.result.outcome == PlayTurn.Result.INVALID
+        assert re.search(words, answer.result.message), answer.result.message
 
     goal = PlayTurn.Goal(state=GameState(game='practice', phase='play'), agent='failing.agent')
     answer = ended(cell, begin(cell, action, goal, []))
@@ -361,3 +461,35 @@ def test_the_action_plays_a_turn(cell, server):
     left = {ball.id for ball in answer.result.balls}
     assert left == {'cue', '1', '9'} - {ball for shot in shots for ball in shot.gone}
     assert isinstance(cell.player.table, TableState)
+
+
+def test_a_turn_at_the_terminal(cell, server, launch_once, tmp_path):
+    """The operator types `fire` for each shot; the file has the game after the turn."""
+    state = start('practice', SCENE, seed=1, balls=1)
+    file = tmp_path / 'game.json'
+    state.save(file)
+    process = launch_once(
+        *('player', '-r', f'__ns:={SPACE}', '--'),
+        *('--state', str(file), '--scene', 'robot_table', '--agent', 'greedy'),
+        stdin=subprocess.PIPE,
+    )
+    said = []
+
+    def type_fire():
+        for line in process.stdout:
+            said.append(line)
+            if ' aimed;' in line:
+                process.stdin.write('?\nfire\n')
+                process.stdin.flush()
+
+    operator = threading.Thread(target=type_fire)
+    operator.start()
+    assert cell.player.until(lambda: process.poll() is not None, PATIENCE), said
+    operator.join()
+    assert process.returncode in (0, 1), said
+    assert any('"?" is not asked for now' in line for line in said)
+    assert any(line.startswith('  ruling ') for line in said), said
+    assert said[-1].startswith('  turn        '), said
+    after = State.load(file)
+    assert after.over
+    assert after.shots > 0

@@ -37,7 +37,7 @@ def test_a_ball_is_cleared(node, launch_once):
         find_agent('player')(scene, 1),
         lambda stage, message, *_: said.append(message),
         None,
-        lambda: True,
+        True,
         state,
     )
     everything = cell.player.until(lambda: len(cell.player.table.balls) == 2, PATIENCE)
