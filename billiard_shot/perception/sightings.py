@@ -73,5 +73,6 @@ def distance_between(one: Sighting, other: Sighting) -> tuple[float, float]:
     xx, xy, yy = (a + b for a, b in zip(one.covariance, other.covariance, strict=True))
     if not distance > 0.0:
         return distance, 0.0
-    variance = (dx * dx * xx + 2.0 * dx * dy * xy + dy * dy * yy) / distance**2
+    u, v = dx / distance, dy / distance
+    variance = u * u * xx + 2.0 * u * v * xy + v * v * yy
     return distance, math.sqrt(max(variance, 0.0))
