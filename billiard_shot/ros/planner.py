@@ -154,6 +154,17 @@ class Planner(Node):
 
     async def _execute(self, goal: GoalHandle) -> PlanShot.Result:
         try:
+            return await self._planned(goal)
+        except Exception as error:  # rclpy would answer with the status 0, which is OK
+            self.get_logger().error(traceback.format_exc())
+            goal.abort()
+            why = f'{type(error).__name__}: {error}; the log of the planner has the traceback'
+            return PlanShot.Result(
+                status=int(Status.NO_PLAN), message=f'the planner failed with {why}'
+            )
+
+    async def _planned(self, goal: GoalHandle) -> PlanShot.Result:
+        try:
             request = plan_conversions.plan_request_of(
                 goal.request, self._default, self._table, self.get_parameter('frame').value
             )
@@ -170,15 +181,11 @@ class Planner(Node):
             why = 'cancelled before it began'
             return PlanShot.Result(status=int(Status.CANCELLED), message=why)
         search = self._search = Search(goal, self.executor)
-        result = await self._found(request, search)
-        self._search = None
-        search.ended.set_result(None)
-        if goal.is_cancel_requested:
-            goal.canceled()
-        elif result.status == Status.OK:
-            goal.succeed()
-        else:
-            goal.abort()
+        try:
+            result = await self._found(request, search)
+        finally:
+            self._search = None
+            search.ended.set_result(None)
         self.get_logger().info(f'{result.status.name}: {result.message}')
         header, plan_id = parameters.table_header(self), uuid.uuid4().hex[:8]
         if best := result.best:
@@ -189,10 +196,16 @@ class Planner(Node):
         message = plan_conversions.plan_result(result, request, plan_id, goal.request, header)
         if search.preempted:
             message.message = f'preempted by a newer goal; {message.message}'
+        if goal.is_cancel_requested:
+            goal.canceled()
+        elif result.status == Status.OK:
+            goal.succeed()
+        else:
+            goal.abort()
         return message
 
     async def _found(self, request: PlanRequest, search: Search) -> PlanResult:
-        """Search in a thread; an error of the library becomes a result with its reason."""
+        """Search in a thread; a mistake in the request becomes a result with its reason."""
         try:
             result: PlanResult = await in_thread(
                 self,
@@ -210,12 +223,8 @@ class Planner(Node):
             )
             return result
         except ValueError as error:
-            status, message = Status.INVALID_REQUEST, str(error)
-        except Exception as error:  # without a result, the status of the answer would be OK
-            self.get_logger().error(traceback.format_exc())
-            why = f'{type(error).__name__}: {error}; the log of the planner has the traceback'
-            status, message = Status.NO_PLAN, f'the search failed with {why}'
-        return PlanResult(status, message, (), 0, 0.0, request.scene.noise)
+            mistake = Status.INVALID_REQUEST, str(error)
+            return PlanResult(*mistake, (), 0, 0.0, request.scene.noise)
 
     def _cancel(self, goal: GoalHandle) -> CancelResponse:
         if self._search and self._search.goal is goal:
