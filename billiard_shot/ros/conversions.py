@@ -16,13 +16,7 @@ from numpy.typing import NDArray
 from std_msgs.msg import Header
 
 from billiard_shot import effects_of, Scene, Shot, Stroke, Trajectory
-from billiard_shot.perception.gate import (
-    check_count,
-    check_name,
-    check_position,
-    check_quaternion,
-    plane_covariance,
-)
+from billiard_shot.perception import gate
 from billiard_shot.perception.lying import positions_of
 from billiard_shot.perception.sightings import Balls, Sighting
 from billiard_shot.records import Array, Triple
@@ -67,10 +61,7 @@ def stroke_of(pose: Pose, speed: float, ball: Triple) -> Stroke:
     if not 0.0 < speed < math.inf:
         raise BadStrokeError(f'speed must be finite and above 0 m/s, got {speed}')
     try:
-        check_quaternion('cue_pose.orientation', quaternion)
-    except ValueError as error:
-        raise BadStrokeError(str(error)) from None
-    try:
+        gate.check_quaternion('orientation', quaternion)
         return Stroke.from_pose(position, quaternion, speed, ball=ball)
     except (ValueError, ArithmeticError) as error:
         raise BadStrokeError(f'cue_pose, speed: {error}') from error
@@ -172,11 +163,11 @@ def sightings_of(
         numbers does not pass the gate (billiard_shot.perception.gate).
 
     """
-    check_count(field, balls)
+    gate.check_count(field, balls)
     sightings: dict[str, Sighting] = {}
     names = set()
     for ball in balls:
-        check_name(f'{field}: id', ball.id)
+        gate.check_name(f'{field}: id', ball.id)
         if ball.id in names:
             raise ValueError(f'{field}: {ball.id!r} occurs twice; each name must occur only once')
         names.add(ball.id)
@@ -185,10 +176,10 @@ def sightings_of(
         if ball.state not in (BallState.ON_TABLE, BallState.UNKNOWN):
             raise ValueError(f'{field}: state of {ball.id!r} must be 0, 1 or 2, got {ball.state}')
         where = f'{field}: ball {ball.id!r}: position'
-        check_position(where, xyz(ball.position))
+        gate.check_position(where, xyz(ball.position))
         sightings[ball.id] = Sighting(
             (ball.position.x, ball.position.y),
-            plane_covariance(f'{where}_covariance', ball.position_covariance.tolist()),
+            gate.plane_covariance(f'{where}_covariance', ball.position_covariance.tolist()),
             is_seen=ball.state == BallState.ON_TABLE,
             is_moving=ball.moving,
             time=seconds(ball.last_seen) or (seconds(stamp) if stamp else 0.0),
@@ -384,7 +375,7 @@ def _doubles(values: Array) -> 'array[float]':
 def _resting(field: str, point: Point, radius: float) -> Triple:
     """Centre of a ball on the cloth [m], of which x, y and perhaps a measured height are given."""
     x, y, z = xyz(point)
-    check_position(field, (x, y, z))
+    gate.check_position(field, (x, y, z))
     if z != 0.0 and not abs(z - radius) <= HEIGHT_ERROR:
         raise ValueError(
             f'{field}.z must be 0, for a ball on the cloth, or within {1e3 * HEIGHT_ERROR:g} mm '

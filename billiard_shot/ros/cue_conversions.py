@@ -22,7 +22,7 @@ from billiard_shot.cue.measurement import MeasuredStrike
 from billiard_shot.cue.outcome import GoalOutcome, RefusedError
 from billiard_shot.cue.plan import ShotPlan, tip_at
 from billiard_shot.cue.safety import SafetyState
-from billiard_shot.perception.gate import check_name, check_position, check_quaternion
+from billiard_shot.perception import gate
 from billiard_shot.perception.sightings import Balls
 from billiard_shot.ros.conversions import (
     ball_message,
@@ -75,7 +75,7 @@ def shot_plan_of(message: Plan, frame: str) -> ShotPlan:
     """
     try:
         check_frame('plan.header.frame_id', message.header, frame)
-        check_name('plan.shot_id', message.shot_id)
+        gate.check_name('plan.shot_id', message.shot_id)
         balls = sightings_of(message.balls, field='plan.balls')
         pose = checked_pose('plan.cue_pose', message.cue_pose)
     except ValueError as error:
@@ -115,7 +115,7 @@ def measured_stroke(strike: Strike, ball: tuple[float, float, float]) -> Stroke:
         With the field, its value and the allowed range.
 
     """
-    check_name('shot_id', strike.shot_id)
+    gate.check_name('shot_id', strike.shot_id)
     position, quaternion = checked_pose('cue_pose', strike.cue_pose)
     along = np.array(Stroke.from_pose(position, quaternion, 1.0, ball).velocity)
     x, y, z = (np.array(position) - RUN_UP * along).tolist()
@@ -250,8 +250,8 @@ def checked_pose(
 ) -> tuple[tuple[float, float, float], tuple[float, float, float, float]]:
     """Read the position [m] and the quaternion x y z w of a pose; ValueError if it is invalid."""
     position, quaternion = xyz(pose.position), xyzw(pose.orientation)
-    check_position(f'{field}.position', position)
-    check_quaternion(f'{field}.orientation', quaternion)
+    gate.check_position(f'{field}.position', position)
+    gate.check_quaternion(f'{field}.orientation', quaternion)
     return position, quaternion
 
 

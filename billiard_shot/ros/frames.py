@@ -9,7 +9,7 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
 from billiard_shot.impact.bodies import rotation_matrix
-from billiard_shot.perception.gate import check_quaternion
+from billiard_shot.perception import gate
 from billiard_shot.records import Array
 from billiard_shot.ros.conversions import seconds, xyz, xyzw
 
@@ -90,7 +90,7 @@ class Frames:
                     f'got {apart:.3g} s'
                 )
             turn = xyzw(step.transform.rotation)
-            check_quaternion(f'the rotation of the transform of {frame!r}', turn)
+            gate.check_quaternion(f'the rotation of the transform of {frame!r}', turn)
             r = rotation_matrix(np.array(turn) / math.hypot(*turn))
             rotation, translation = r @ rotation, r @ translation + xyz(step.transform.translation)
             frame = step.header.frame_id

@@ -12,7 +12,7 @@ from geometry_msgs.msg import Point, Vector3
 from std_msgs.msg import Header
 
 from billiard_shot import PlanResult, Scene
-from billiard_shot.perception.gate import check_names
+from billiard_shot.perception import gate
 from billiard_shot.perception.sightings import Balls, largest_deviation, Sighting
 from billiard_shot.planning import targets
 from billiard_shot.planning.result import RankedStroke
@@ -82,7 +82,9 @@ def plan_request_of(
         ('target.balls', goal.target.balls),
         ('target.pockets', goal.target.pockets),
     ):
-        check_names(name, names)
+        gate.check_count(name, names)
+        for each in names:
+            gate.check_name(name, each)
     scene = default.scene
     balls: Balls = {}
     if goal.balls:

@@ -11,7 +11,6 @@ import pytest
 from billiard_shot.perception.gate import (
     check_count,
     check_name,
-    check_names,
     check_position,
     check_quaternion,
     MAX_DEVIATION,
@@ -50,21 +49,21 @@ def test_a_height_may_be_uncertain_and_an_exact_position_is_a_position():
 
 
 @pytest.mark.parametrize(
-    ('values', 'words'),
+    'values',
     [
-        ([-1e-6, 0, 0, 0, -1e-6, 0, 0, 0, 0], 'it must have finite variances of at least 0 m^2'),
-        ([1e-6, 0, 0, 0, 1e-6, 0, 0, 0, -1e-6], 'it must have finite variances'),
-        ([1.0, 0, 0, 0, 1e-6, 0, 0, 0, 0], 'it must have standard deviations of x and y of at mo'),
-        ([26e-6, 0, 0, 0, 1e-6, 0, 0, 0, 0], 'at most 5 mm, got 5.1 mm'),
-        ([1e-6, 5e-7, 0, -5e-7, 1e-6, 0, 0, 0, 0], 'it must be symmetric and positive semi-'),
-        ([1e-6, 2e-6, 0, 2e-6, 1e-6, 0, 0, 0, 0], 'it must be symmetric and positive semi-'),
-        ([0, 1e-6, 0, 1e-6, 0, 0, 0, 0, 0], 'it must be symmetric and positive semi-'),
-        # each pair of coordinates alone is possible
-        ([1e-6, -9e-7, -9e-7, -9e-7, 1e-6, -9e-7, -9e-7, -9e-7, 1e-6], 'positive semi-definite'),
+        [-1e-6, 0, 0, 0, -1e-6, 0, 0, 0, 0],
+        [1.0, 0, 0, 0, 1e-6, 0, 0, 0, 0],
+        [1e-6, 0, 0, 0, 26e-6, 0, 0, 0, 0],
+        [1e-6, 5e-7, 0, -5e-7, 1e-6, 0, 0, 0, 0],
+        [1e-6, 2e-6, 0, 2e-6, 1e-6, 0, 0, 0, 0],
+        [0, 1e-6, 0, 1e-6, 0, 0, 0, 0, 0],
     ],
 )
-def test_what_is_no_covariance(values, words):
-    with pytest.raises(ValueError, match=words.replace('^', r'\^')):
+def test_what_is_no_covariance(values):
+    words = (
+        r'^it must be symmetric and positive semi-definite .* of at most 5 mm, got \[.*\] m\^2$'
+    )
+    with pytest.raises(ValueError, match=words):
         plane_covariance('it', values)
 
 
@@ -114,9 +113,8 @@ class Counted(list):
 
 def test_numbers_are_counted_first():
     check_count('balls', range(64))
-    for check in (check_count, check_names):
-        with pytest.raises(ValueError, match=r'^balls must have at most 64 elements, got 100000$'):
-            check('balls', Counted(['x'] * 100_000))
+    with pytest.raises(ValueError, match=r'^balls must have at most 64 elements, got 100000$'):
+        check_count('balls', Counted(['x'] * 100_000))
 
 
 @given(st.lists(ANY, min_size=4, max_size=4))
@@ -127,7 +125,5 @@ def test_quaternions_have_the_length_1(values):
     if 0.995 <= math.hypot(*values) <= 1.005:
         check_quaternion('turn', values)
     else:
-        with pytest.raises(
-            ValueError, match=r'^turn must have a length from 0\.995 to 1\.005, got'
-        ):
+        with pytest.raises(ValueError, match=r'^turn must have the length 1, within 0\.005, got'):
             check_quaternion('turn', values)

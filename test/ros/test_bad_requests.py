@@ -40,15 +40,20 @@ BAD = [
         'cue_pose.orientation.w',
         NAN,
         Status.INVALID_STROKE,
-        'cue_pose.orientation must have a length from 0.995 to 1.005, got (',
+        'cue_pose, speed: orientation must have the length 1, within 0.005, got (',
     ),
     (
         'cue_pose.orientation.y',
         INF,
         Status.INVALID_STROKE,
-        'cue_pose.orientation must have a length from 0.995 to 1.005, got (',
+        'cue_pose, speed: orientation must have the length 1, within 0.005, got (',
     ),
-    ('cue_pose.orientation', (0.0, 0.0, 0.0, 0.0), Status.INVALID_STROKE, 'cue_pose.orientation'),
+    (
+        'cue_pose.orientation',
+        (0.0, 0.0, 0.0, 0.0),
+        Status.INVALID_STROKE,
+        'cue_pose, speed: orientation',
+    ),
     (
         'cue_pose.orientation',
         (0.0, 0.0, 0.0, 0.5),

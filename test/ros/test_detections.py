@@ -59,25 +59,27 @@ def test_only_classes_with_a_name_are_balls():
 
 
 @pytest.mark.parametrize(
-    ('covariance', 'words'),
+    'covariance',
     [
-        ((-1e-6, 0, 0, 0, -1e-6, 0, 0, 0, 0), "covariance of '8' must have finite variances"),
-        ((4e-5, 0, 0, 0, 1e-6, 0, 0, 0, 0), 'at most 5 mm, got 6.32 mm'),
-        ((1e-6, 5e-7, 0, 0, 1e-6, 0, 0, 0, 0), 'must be symmetric and positive semi-definite'),
+        (-1e-6, 0, 0, 0, -1e-6, 0, 0, 0, 0),
+        (4e-5, 0, 0, 0, 1e-6, 0, 0, 0, 0),
+        (1e-6, 5e-7, 0, 0, 1e-6, 0, 0, 0, 0),
     ],
 )
-def test_a_detection_that_is_too_uncertain_is_no_ball(covariance, words):
+def test_a_detection_that_is_too_uncertain_is_no_ball(covariance):
     balls, (ignored,) = read(detection('8', covariance=covariance))
     assert not balls
-    assert words in ignored
+    assert ignored.startswith("covariance of '8' must be symmetric and positive semi-definite")
 
 
 def test_the_uncertainty_counts_in_the_frame_of_the_table():
     """The camera looks along y of the table, and knows distances to 20 mm only."""
     sideways = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]]), np.zeros(3)
     from_above = detection('8', covariance=(1e-6, 0, 0, 0, 1e-6, 0, 0, 0, 4e-4))
-    assert read(from_above).balls[0].covariance == (1e-6, 0.0, 1e-6)
-    assert not read(from_above, where=sideways).balls
+    (ball,), _ = read(from_above)
+    assert ball.covariance == (1e-6, 0.0, 1e-6)
+    balls, ignored = read(from_above, where=sideways)
+    assert (len(balls), len(ignored)) == (0, 1)
 
 
 @given(ANY, ANY, st.lists(ANY, min_size=9, max_size=9), ANY)
