@@ -155,23 +155,21 @@ class Planner(Node):
     async def _execute(self, goal: GoalHandle) -> PlanShot.Result:
         try:
             return await self._planned(goal)
+        except ValueError as error:
+            status = Status.INVALID_REQUEST
+            message = plan_conversions.in_fields(str(error), goal.request)
+            self.get_logger().warning(f'refused: {message}')
         except Exception as error:  # rclpy would answer with the status 0, which is OK
+            status = Status.NO_PLAN
+            message = f'the planner failed with {error!r}; its log has the traceback'
             self.get_logger().error(traceback.format_exc())
-            goal.abort()
-            why = f'{type(error).__name__}: {error}; the log of the planner has the traceback'
-            return PlanShot.Result(
-                status=int(Status.NO_PLAN), message=f'the planner failed with {why}'
-            )
+        goal.abort()
+        return PlanShot.Result(status=int(status), message=message)
 
     async def _planned(self, goal: GoalHandle) -> PlanShot.Result:
-        try:
-            request = plan_conversions.plan_request_of(
-                goal.request, self._default, self._table, self.get_parameter('frame').value
-            )
-        except ValueError as error:
-            self.get_logger().warning(f'refused: {error}')
-            goal.abort()
-            return PlanShot.Result(status=int(Status.INVALID_REQUEST), message=str(error))
+        request = plan_conversions.plan_request_of(
+            goal.request, self._default, self._table, self.get_parameter('frame').value
+        )
         while self._search:  # and all goals that were waiting before this one
             self._search.preempted = True
             self._search.stop.set()
@@ -182,7 +180,20 @@ class Planner(Node):
             return PlanShot.Result(status=int(Status.CANCELLED), message=why)
         search = self._search = Search(goal, self.executor)
         try:
-            result = await self._found(request, search)
+            result: PlanResult = await in_thread(
+                self,
+                lambda: plan(
+                    request.scene,
+                    request.target,
+                    request.noise,
+                    request.budget,
+                    request.seed,
+                    request.constraints,
+                    progress=search.report,
+                    cancel=lambda: search.stop.is_set() or not rclpy.ok(),
+                    time_limit=request.time_limit,
+                ),
+            )
         finally:
             self._search = None
             search.ended.set_result(None)
@@ -203,28 +214,6 @@ class Planner(Node):
         else:
             goal.abort()
         return message
-
-    async def _found(self, request: PlanRequest, search: Search) -> PlanResult:
-        """Search in a thread; a mistake in the request becomes a result with its reason."""
-        try:
-            result: PlanResult = await in_thread(
-                self,
-                lambda: plan(
-                    request.scene,
-                    request.target,
-                    request.noise,
-                    request.budget,
-                    request.seed,
-                    request.constraints,
-                    progress=search.report,
-                    cancel=lambda: search.stop.is_set() or not rclpy.ok(),
-                    time_limit=request.time_limit,
-                ),
-            )
-            return result
-        except ValueError as error:
-            mistake = Status.INVALID_REQUEST, str(error)
-            return PlanResult(*mistake, (), 0, 0.0, request.scene.noise)
 
     def _cancel(self, goal: GoalHandle) -> CancelResponse:
         if self._search and self._search.goal is goal:
