@@ -15,8 +15,8 @@ from billiard_shot.scene.rack import Place
 from billiard_shot.table.effects import params_on_table
 from billiard_shot.table.geometry import layout_of
 
-MAX_MOVE_ROUNDS = 1000
-"""Largest number of rounds in which balls are moved: a cluster takes several."""
+MAX_MOVE_ROUNDS = 200
+"""Largest number of rounds in which balls are moved: a rack takes 32."""
 
 GAP_AFTER_MOVE = 1e-7
 """Gap between balls, and to a cushion, after they were moved [m]."""

@@ -1,9 +1,11 @@
 """
-Where the balls lie, from detections with errors, losses and wrong names.
+Where the balls lie, from detections with errors, losses and wrong classes.
 
 A track is one ball. Two balls are at least a diameter apart, so a detection belongs to the track
-within a radius of it, whatever its name; only a detection far from all tracks is assigned by its
-name. The name of a track is the name that most of its last detections have.
+within a radius of it, whatever its class; only a detection far from all tracks is assigned by its
+class. The class of a track is the one that most of its last detections have. A class has as many
+balls as one picture has shown of it: the first has the name of the class, the second of the class
+`solid` is `solid_2`, and so on.
 
 While a ball rests, its position is the mean of a window of detections, and the covariance of the
 mean falls as the window grows. Two tests for a change of the mean, with the newest detections and
@@ -15,6 +17,7 @@ time-changing data with adaptive windowing", SDM 2007).
 from collections import Counter, deque
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from itertools import count, islice
 import math
 from typing import ClassVar
 
@@ -22,6 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
+from billiard_shot.perception.gate import MAX_BALLS
 from billiard_shot.perception.sightings import Sighting
 from billiard_shot.records import Array
 from billiard_shot.scene.checks import check
@@ -41,12 +45,15 @@ ELSEWHERE = 3
 BEFORE_FALL = 0.1
 """Longest time from the last detection of a ball to its fall into a pocket [s]: three pictures."""
 
+OF_VELOCITY = 4
+"""Number of last detections that give the velocity of a ball."""
+
 
 @dataclass(frozen=True, slots=True)
 class Detection:
     """One ball that a camera has detected."""
 
-    name: str  # may be wrong
+    kind: str  # class of the ball; may be wrong
     position: Place  # centre, x and y in the frame `table`, m
     covariance: tuple[float, float, float]  # of the position: xx, xy, yy, m^2; not zero
 
@@ -78,16 +85,22 @@ class TrackerSettings:
 
 @dataclass(slots=True, eq=False)
 class _Track:
-    """One ball: the window of its detections, and their last names."""
+    """One ball: the window of its detections, and their last classes."""
 
     window: Array  # (n, 5): x, y [m], and xx, xy, yy of the covariance [m^2]
-    names: deque[str]
-    time: float  # of the last detection [s]
+    kinds: deque[str]
+    last: deque[tuple[float, Place]] = field(default_factory=lambda: deque(maxlen=OF_VELOCITY))
     elsewhere: list[Array] = field(default_factory=list)
+    kind: str = ''  # class that most of the last detections have
+    name: str = ''
     is_confirmed: bool = False  # whether it has ever been at rest or detected often
     is_pocketed: bool = False
     estimate: Place = (0.0, 0.0)
-    velocity: Place = (0.0, 0.0)  # m/s, between the last two detections; 0 at rest
+
+    @property
+    def time(self) -> float:
+        """Time of the last detection [s]."""
+        return self.last[-1][0] if self.last else -math.inf
 
 
 class BallTracker:
@@ -100,7 +113,7 @@ class BallTracker:
         Radius of a ball [m].
     settings : TrackerSettings
     pockets : (n, 3) array_like
-        Centres of the pockets and their radii [m]. A ball that is lost while it moves at a pocket
+        Centres of the pockets and their radii [m]. A ball that is lost as it rolls into a pocket
         counts as pocketed; every other lost ball is not seen.
 
     """
@@ -113,13 +126,14 @@ class BallTracker:
     ) -> None:
         self._radius, self._settings = radius, settings
         self._pockets = [tuple(map(float, each)) for each in pockets]
+        self.time = 0.0  # of the last picture [s]; 0 if there was none
         self.reset()
 
     def reset(self) -> None:
         """Forget all balls."""
         self._tracks: list[_Track] = []
         self._names: dict[str, _Track] = {}
-        self.time = 0.0  # of the last detection [s]; 0 if no ball was detected yet
+        self._counts: Counter[str] = Counter()  # by class, the most balls that a picture has shown
 
     @property
     def pocketed(self) -> set[str]:
@@ -127,19 +141,21 @@ class BallTracker:
         return {name for name, track in self._names.items() if track.is_pocketed}
 
     def update(self, detections: Sequence[Detection], time: float) -> None:
-        """Take the detections of one picture, which was taken at `time` [s]."""
-        left = self._assign_by_place(detections, time)
-        for detection in left:
-            track = self._names.get(detection.name)
-            if track is None or track.time == time:
-                track = self._begin(detection, time)
+        """Take the detections of one picture, which was taken at `time` [s]; there may be none."""
+        self._counts |= Counter(each.kind for each in detections)
+        for detection in self._assign_by_place(detections, time):
+            track = self._missing(detection, time)
+            if track is None:
+                if len(self._tracks) == MAX_BALLS:
+                    continue
+                track = _Track(_row(detection), deque(maxlen=self._settings.window))
+                self._tracks.append(track)
             elif self._is_resting(track) and not self._is_lost(track, time):
                 self._see_elsewhere(track, _row(detection))
             else:
                 track.window = _row(detection)
-            self._see(track, detection.name, time)
-        if detections:
-            self.time = max(self.time, time)
+            self._see(track, detection, time)
+        self.time = max(self.time, time)
         self._drop(time)
         self._name()
 
@@ -182,26 +198,30 @@ class BallTracker:
                 track.elsewhere.clear()
                 track.window = np.vstack([track.window, row])[-self._settings.window :]
                 self._cut(track)
-            self._see(track, detections[k].name, time)
+            self._see(track, detections[k], time)
         return [each for k, each in enumerate(detections) if k not in taken]
 
-    def _begin(self, detection: Detection, time: float) -> _Track:
-        track = _Track(_row(detection), deque(maxlen=self._settings.window), time)
-        self._tracks.append(track)
-        return track
+    def _missing(self, detection: Detection, time: float) -> _Track | None:
+        """Find a ball that this picture has not shown yet, by the class of a detection."""
 
-    def _see(self, track: _Track, name: str, time: float) -> None:
-        before, elapsed = track.estimate, time - track.time
-        track.time, track.is_pocketed = time, False
-        track.names.append(name)
+        def far(track: _Track) -> tuple[bool, float]:
+            return self._is_resting(track), math.dist(track.estimate, detection.position)
+
+        missing = (
+            track
+            for track in self._names.values()
+            if track.kind == detection.kind and track.time != time
+        )
+        return min(missing, key=far, default=None)
+
+    def _see(self, track: _Track, detection: Detection, time: float) -> None:
+        track.last.append((time, detection.position))
+        track.kinds.append(detection.kind)
+        track.is_pocketed = False
         # A moving ball is where it was detected last.
-        rests = self._is_resting(track)
-        place = track.window.mean(axis=0) if rests else track.window[-1]
-        x, y = track.estimate = float(place[0]), float(place[1])
-        track.velocity = (0.0, 0.0)
-        if elapsed > 0.0 and not rests:
-            track.velocity = (x - before[0]) / elapsed, (y - before[1]) / elapsed
-        track.is_confirmed |= len(track.names) >= self._settings.settled
+        place = track.window.mean(axis=0) if self._is_resting(track) else track.window[-1]
+        track.estimate = float(place[0]), float(place[1])
+        track.is_confirmed |= len(track.kinds) >= self._settings.settled
 
     def _see_elsewhere(self, track: _Track, row: Array) -> None:
         """Keep a detection that contradicts a resting place; after some, the ball has moved."""
@@ -226,22 +246,32 @@ class BallTracker:
             if self._is_lost(track, time):
                 if not track.is_confirmed:
                     continue
-                track.is_pocketed |= not self._is_resting(track) and self._is_at_pocket(track)
+                track.is_pocketed |= not self._is_resting(track) and self._falls(track)
             kept.append(track)
         self._tracks = kept
 
     def _name(self) -> None:
-        """Give each track the name that most of its last detections have, each name once."""
+        """Give each track a name of the class that most of its last detections have."""
         tracks = [track for track in self._tracks if track.is_confirmed]
-        names = sorted({name for track in tracks for name in track.names})
+        names = [(kind, name) for kind in self._counts for name in self._names_of(kind)]
         votes = np.zeros((len(tracks), len(names)))
         for i, track in enumerate(tracks):
-            for name, count in Counter(track.names).items():
-                votes[i, names.index(name)] = count
+            counts = Counter(track.kinds)
+            for k, (kind, name) in enumerate(names):
+                if counts[kind]:  # in a tie a track keeps its name
+                    votes[i, k] = counts[kind] + (track.name == name) / (2 * MAX_BALLS)
         rows, columns = linear_sum_assignment(votes, maximize=True)
-        self._names = {
-            names[k]: tracks[i] for i, k in zip(rows, columns, strict=True) if votes[i, k]
-        }
+        self._names = {}
+        for i, k in zip(rows, columns, strict=True):
+            if votes[i, k]:
+                tracks[i].kind, tracks[i].name = names[k]
+                self._names[tracks[i].name] = tracks[i]
+
+    def _names_of(self, kind: str) -> list[str]:
+        """Names of the balls of a class; the name of another class is left out."""
+        numbered = (f'{kind}_{number}' for number in count(2))
+        others = (name for name in numbered if name not in self._counts)
+        return [kind, *islice(others, self._counts[kind] - 1)]
 
     # --- conditions -----------------------------------------------------------------------------
 
@@ -251,15 +281,18 @@ class BallTracker:
     def _is_lost(self, track: _Track, time: float) -> bool:
         return time - track.time > self._settings.lost_after
 
-    def _is_at_pocket(self, track: _Track) -> bool:
-        """Whether the ball comes to a pocket soon, if it goes on as it moved."""
-        (x, y), (u, v) = track.estimate, track.velocity
-        squared = u * u + v * v
+    def _falls(self, track: _Track) -> bool:
+        """Whether the ball comes over the hole of a pocket soon, if it goes on as it moved."""
+        (begin, (x0, y0)), (end, (x, y)) = track.last[0], track.last[-1]
+        if not end > begin:
+            return False
+        u, v = (x - x0) / (end - begin), (y - y0) / (end - begin)
         for px, py, size in self._pockets:
-            along = ((px - x) * u + (py - y) * v) / squared if squared else 0.0
-            time = min(max(along, 0.0), BEFORE_FALL)
-            if math.hypot(px - x - time * u, py - y - time * v) <= size + 2.0 * self._radius:
-                return True
+            toward = (px - x) * u + (py - y) * v
+            if toward > 0.0:
+                time = min(toward / (u * u + v * v), BEFORE_FALL)
+                if math.hypot(px - x - time * u, py - y - time * v) <= size:
+                    return True
         return False
 
 

@@ -81,7 +81,7 @@ class Runner:
         """Number of strokes that may still be evaluated, without the reserved ones."""
         left = self.budget - self.simulations - self.reserved
         if self._time_limit is not None:
-            left = min(left, int(self._rate * self._time_left))
+            left = int(min(left, self._rate * self._time_left))
         return max(left, 0)
 
     @property

@@ -10,12 +10,13 @@ from typing import Any, NamedTuple
 from billiard_shot_msgs.msg import BallState, BallTrajectory, Effect, TableState
 from billiard_shot_msgs.srv import PredictShot, PredictShots
 from builtin_interfaces.msg import Duration, Time
-from geometry_msgs.msg import Point, Pose, Vector3
+from geometry_msgs.msg import Point, Pose, Quaternion, Vector3
 import numpy as np
 from numpy.typing import NDArray
 from std_msgs.msg import Header
 
 from billiard_shot import effects_of, Scene, Shot, Stroke, Trajectory
+from billiard_shot.perception import gate
 from billiard_shot.perception.lying import positions_of
 from billiard_shot.perception.sightings import Balls, Sighting
 from billiard_shot.records import Array, Triple
@@ -34,12 +35,10 @@ HEIGHT_ERROR = 5e-3
 """Largest error of the measured height of a ball that lies on the cloth [m]."""
 
 
-class BadRequestError(ValueError):
-    """An invalid request, with its status and a message that names the field."""
+class BadStrokeError(ValueError):
+    """A stroke that cannot be read, with a message that names the field."""
 
-    def __init__(self, status: Status, message: str) -> None:
-        super().__init__(message)
-        self.status = status
+    status = Status.INVALID_STROKE
 
 
 # --- requests -----------------------------------------------------------------------------------
@@ -51,23 +50,21 @@ def stroke_of(pose: Pose, speed: float, ball: Triple) -> Stroke:
 
     Raises
     ------
-    BadRequestError
-        INVALID_STROKE, with the field, its value and the allowed range.
+    BadStrokeError
+        With the field, its value and the allowed range.
 
     """
-    invalid = Status.INVALID_STROKE
-    position = _finite('cue_pose.position', pose.position, invalid)
-    quaternion = _finite('cue_pose.orientation', pose.orientation, invalid)
-    length = math.hypot(*quaternion)
-    if not 1e-6 < length < math.inf:
-        raise BadRequestError(invalid, f'cue_pose.orientation must not be zero, got {quaternion}')
+    position, quaternion = xyz(pose.position), xyzw(pose.orientation)
+    for axis, value in zip('xyz', position, strict=True):
+        if not math.isfinite(value):
+            raise BadStrokeError(f'cue_pose.position.{axis} must be finite, got {value}')
     if not 0.0 < speed < math.inf:
-        raise BadRequestError(invalid, f'speed must be finite and above 0 m/s, got {speed}')
+        raise BadStrokeError(f'speed must be finite and above 0 m/s, got {speed}')
     try:
-        direction = tuple(q / length for q in quaternion)
-        return Stroke.from_pose(position, direction, speed, ball=ball)
+        gate.check_quaternion('orientation', quaternion)
+        return Stroke.from_pose(position, quaternion, speed, ball=ball)
     except (ValueError, ArithmeticError) as error:
-        raise BadRequestError(invalid, f'cue_pose, speed: {error}') from error
+        raise BadStrokeError(f'cue_pose, speed: {error}') from error
 
 
 class Batch(NamedTuple):
@@ -84,15 +81,15 @@ def requested_batch(request: PredictShots.Request, scene: Scene, ball: Triple) -
 
     Raises
     ------
-    BadRequestError
-        INVALID_REQUEST, if there are too many strokes, or not as many poses as speeds.
+    ValueError
+        If there are too many strokes, or not as many poses as speeds.
 
     """
     count = len(request.cue_poses)
     if count > MAX_STROKES:
-        raise _invalid(f'cue_poses must have at most {MAX_STROKES} elements, got {count}')
+        raise ValueError(f'cue_poses must have at most {MAX_STROKES} elements, got {count}')
     if len(request.speeds) != count:
-        raise _invalid(
+        raise ValueError(
             f'speeds must have {count} elements, as cue_poses, got {len(request.speeds)}'
         )
     normals, velocities = np.full((2, count, 3), np.nan)
@@ -101,7 +98,7 @@ def requested_batch(request: PredictShots.Request, scene: Scene, ball: Triple) -
     for i, (pose, speed) in enumerate(zip(request.cue_poses, request.speeds, strict=True)):
         try:
             stroke = stroke_of(pose, speed, ball)
-        except BadRequestError as error:
+        except BadStrokeError as error:
             statuses[i] = error.status
             continue
         if stroke.miss:
@@ -117,13 +114,13 @@ def table_scene(scene: Scene, table: TableState | None, frame: str) -> tuple[Sce
 
     Raises
     ------
-    BadRequestError
-        INVALID_REQUEST, if no table state has been received, or it is in another frame, or its
-        balls cannot be used.
+    ValueError
+        If no table state has been received, or it is in another frame, or its balls cannot be
+        used.
 
     """
     if table is None:
-        raise _invalid('use_table_state: no message received on topic table_state')
+        raise ValueError('use_table_state: no message received on topic table_state')
     check_frame('table_state.header.frame_id', table.header, frame)
     return requested_scene(scene, table.balls, table.header.stamp, 'table_state.balls')
 
@@ -136,22 +133,21 @@ def requested_scene(
 
     Raises
     ------
-    BadRequestError
-        INVALID_REQUEST, if there is no cue ball, or if a ball is not seen, moves, occurs twice or
-        cannot lie there.
+    ValueError
+        If there is no cue ball, or if a ball is not seen, moves, or cannot lie there.
 
     """
     sightings = sightings_of(balls, stamp, field)
     if CUE_BALL not in sightings:
-        raise _invalid(f'{field}: the cue ball, {CUE_BALL!r}, must be on the table')
+        raise ValueError(f'{field}: the cue ball, {CUE_BALL!r}, must be on the table')
     for name, ball in sightings.items():
         if ball.is_moving or not ball.is_seen:
             fault = 'moves' if ball.is_seen else 'is not seen'
-            raise _invalid(f'{field}: ball {name!r} {fault}; must be seen and at rest')
+            raise ValueError(f'{field}: ball {name!r} {fault}; must be seen and at rest')
     try:
         return replace(scene, balls=positions_of(sightings, scene)), sightings
     except ValueError as error:
-        raise _invalid(f'{field}: {error}') from None
+        raise ValueError(f'{field}: {error}') from None
 
 
 def sightings_of(
@@ -162,32 +158,31 @@ def sightings_of(
 
     Raises
     ------
-    BadRequestError
-        INVALID_REQUEST, if a ball occurs twice, has a number that is not finite, or has a state
-        that does not exist.
+    ValueError
+        If a ball occurs twice or has a state that does not exist, or if its name or one of its
+        numbers does not pass the gate (billiard_shot.perception.gate).
 
     """
+    gate.check_count(field, balls)
     sightings: dict[str, Sighting] = {}
     names = set()
     for ball in balls:
+        gate.check_name(f'{field}: id', ball.id)
         if ball.id in names:
-            raise _invalid(f'{field}: {ball.id!r} occurs twice; each name must occur only once')
+            raise ValueError(f'{field}: {ball.id!r} occurs twice; each name must occur only once')
         names.add(ball.id)
         if ball.state == BallState.POCKETED:
             continue
         if ball.state not in (BallState.ON_TABLE, BallState.UNKNOWN):
-            raise _invalid(f'{field}: state of {ball.id!r} must be 0, 1 or 2, got {ball.state}')
-        position = ball.position.x, ball.position.y
-        xx, xy, _, _, yy, *_ = map(float, ball.position_covariance)
-        covariance = xx, xy, yy
-        if not all(map(math.isfinite, (*position, *covariance))):
-            raise _invalid(
-                f'{field}: position and position_covariance of {ball.id!r} must be finite, got '
-                f'{position} m and {covariance} m^2'
-            )
-        seen = seconds(ball.last_seen) or (seconds(stamp) if stamp else 0.0)
+            raise ValueError(f'{field}: state of {ball.id!r} must be 0, 1 or 2, got {ball.state}')
+        where = f'{field}: ball {ball.id!r}: position'
+        gate.check_position(where, xyz(ball.position))
         sightings[ball.id] = Sighting(
-            position, covariance, ball.state == BallState.ON_TABLE, ball.moving, seen
+            (ball.position.x, ball.position.y),
+            gate.plane_covariance(f'{where}_covariance', ball.position_covariance.tolist()),
+            is_seen=ball.state == BallState.ON_TABLE,
+            is_moving=ball.moving,
+            time=seconds(ball.last_seen) or (seconds(stamp) if stamp else 0.0),
         )
     return sightings
 
@@ -216,19 +211,19 @@ def place_balls(
 
     Raises
     ------
-    BadRequestError
-        INVALID_REQUEST, with the field, its value and the allowed range.
+    ValueError
+        With the field, its value and the allowed range.
 
     """
     check_frame('header.frame_id', request.header, frame)
     if not 0.0 <= request.tolerance < math.inf:
-        raise _invalid(
+        raise ValueError(
             'tolerance must be finite and above 0 m, or 0 for the default, got '
             f'{request.tolerance}'
         )
     count = getattr(request, 'sample_count', 0)
     if count > MAX_SAMPLES:
-        raise _invalid(f'sample_count must be at most {MAX_SAMPLES}, got {count}')
+        raise ValueError(f'sample_count must be at most {MAX_SAMPLES}, got {count}')
     if request.use_table_state:
         scene, _ = table_scene(scene, table, frame)
         return scene, scene.cue_ball
@@ -241,12 +236,12 @@ def check_frame(field: str, header: Header, frame: str) -> None:
 
     Raises
     ------
-    BadRequestError
-        INVALID_REQUEST, with the field, its value and the table's frame.
+    ValueError
+        With the field, its value and the table's frame.
 
     """
     if header.frame_id not in ('', frame):
-        raise _invalid(f'{field} must be {frame!r} or empty, got {header.frame_id!r}')
+        raise ValueError(f'{field} must be {frame!r} or empty, got {header.frame_id!r}')
 
 
 # --- responses ----------------------------------------------------------------------------------
@@ -357,6 +352,16 @@ def time_of(seconds: float) -> Time:
     return Time(sec=whole, nanosec=min(round(1e9 * (seconds - whole)), 999_999_999))
 
 
+def xyz(vector: Point | Vector3) -> Triple:
+    """Read the three numbers of a message."""
+    return vector.x, vector.y, vector.z
+
+
+def xyzw(quaternion: Quaternion) -> tuple[float, float, float, float]:
+    """Read the four numbers of a quaternion."""
+    return quaternion.x, quaternion.y, quaternion.z, quaternion.w
+
+
 def filled(kind: type, values: Any) -> Any:
     """Make a message with the fields x, y, z and w from up to four numbers, in this order."""
     return kind(**dict(zip('xyzw', map(float, values), strict=False)))
@@ -367,24 +372,13 @@ def _doubles(values: Array) -> 'array[float]':
     return array('d', np.ascontiguousarray(values, dtype=np.float64).tobytes())
 
 
-def _finite(field: str, message: Any, status: Status) -> tuple[float, ...]:
-    values = {axis: getattr(message, axis) for axis in message.get_fields_and_field_types()}
-    for axis, value in values.items():
-        if not math.isfinite(value):
-            raise BadRequestError(status, f'{field}.{axis} must be finite, got {value}')
-    return tuple(values.values())
-
-
 def _resting(field: str, point: Point, radius: float) -> Triple:
     """Centre of a ball on the cloth [m], of which x, y and perhaps a measured height are given."""
-    x, y, z = _finite(field, point, Status.INVALID_REQUEST)
+    x, y, z = xyz(point)
+    gate.check_position(field, (x, y, z))
     if z != 0.0 and not abs(z - radius) <= HEIGHT_ERROR:
-        raise _invalid(
+        raise ValueError(
             f'{field}.z must be 0, for a ball on the cloth, or within {1e3 * HEIGHT_ERROR:g} mm '
             f'of its radius, {radius} m, got {z} m'
         )
     return x, y, radius
-
-
-def _invalid(message: str) -> BadRequestError:
-    return BadRequestError(Status.INVALID_REQUEST, message)

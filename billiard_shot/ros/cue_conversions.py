@@ -22,14 +22,16 @@ from billiard_shot.cue.measurement import MeasuredStrike
 from billiard_shot.cue.outcome import GoalOutcome, RefusedError
 from billiard_shot.cue.plan import ShotPlan, tip_at
 from billiard_shot.cue.safety import SafetyState
+from billiard_shot.perception import gate
 from billiard_shot.perception.sightings import Balls
 from billiard_shot.ros.conversions import (
-    BadRequestError,
     ball_message,
     check_frame,
     filled,
     seconds,
     sightings_of,
+    xyz,
+    xyzw,
 )
 from billiard_shot.scene.placement import CUE_BALL
 
@@ -68,24 +70,18 @@ def shot_plan_of(message: Plan, frame: str) -> ShotPlan:
     Raises
     ------
     RefusedError
-        INVALID_PLAN, if the message is in another frame, or its balls are invalid.
+        INVALID_PLAN, if the message is in another frame, or its name, pose or balls are invalid.
 
     """
     try:
         check_frame('plan.header.frame_id', message.header, frame)
+        gate.check_name('plan.shot_id', message.shot_id)
         balls = sightings_of(message.balls, field='plan.balls')
-    except BadRequestError as error:
+        pose = checked_pose('plan.cue_pose', message.cue_pose)
+    except ValueError as error:
         raise RefusedError(GoalOutcome.INVALID_PLAN, str(error)) from None
-    position, turn = message.cue_pose.position, message.cue_pose.orientation
-    return ShotPlan(
-        message.shot_id,
-        (position.x, position.y, position.z),
-        (turn.x, turn.y, turn.z, turn.w),
-        message.speed,
-        message.elevation,
-        balls,
-        seconds(message.header.stamp),
-    )
+    made = seconds(message.header.stamp)
+    return ShotPlan(message.shot_id, *pose, message.speed, message.elevation, balls, made)
 
 
 def execution_result(result: Result, strike: Strike) -> ExecuteShot.Result:
@@ -117,11 +113,11 @@ def measured_stroke(strike: Strike, ball: tuple[float, float, float]) -> Stroke:
     Raises
     ------
     ValueError
-        If a number is not finite.
+        With the field, its value and the allowed range.
 
     """
-    turn, point = strike.cue_pose.orientation, strike.cue_pose.position
-    position, quaternion = (point.x, point.y, point.z), (turn.x, turn.y, turn.z, turn.w)
+    gate.check_name('shot_id', strike.shot_id)
+    position, quaternion = checked_pose('cue_pose', strike.cue_pose)
     along = np.array(Stroke.from_pose(position, quaternion, 1.0, ball).velocity)
     x, y, z = (np.array(position) - RUN_UP * along).tolist()
     return Stroke.from_pose((x, y, z), quaternion, strike.speed, ball)
@@ -248,6 +244,16 @@ def joints_message(
 
 
 # --- pieces -------------------------------------------------------------------------------------
+
+
+def checked_pose(
+    field: str, pose: Pose
+) -> tuple[tuple[float, float, float], tuple[float, float, float, float]]:
+    """Read the position [m] and the quaternion x y z w of a pose; ValueError if it is invalid."""
+    position, quaternion = xyz(pose.position), xyzw(pose.orientation)
+    gate.check_position(f'{field}.position', position)
+    gate.check_quaternion(f'{field}.orientation', quaternion)
+    return position, quaternion
 
 
 def pose_of(position: Sequence[float] | Joints, quaternion: Sequence[float]) -> Pose:

@@ -1,5 +1,6 @@
 """Positions in other frames, from the transforms on `/tf` and `/tf_static`."""
 
+import math
 from typing import Any
 
 from geometry_msgs.msg import TransformStamped
@@ -8,18 +9,15 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
 from billiard_shot.impact.bodies import rotation_matrix
+from billiard_shot.perception import gate
 from billiard_shot.records import Array
-from billiard_shot.ros.conversions import seconds
+from billiard_shot.ros.conversions import seconds, xyz, xyzw
 
 MAX_APART = 0.1
 """Longest time between a transform that changes and the position that it transforms [s]."""
 
 STATIC = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 """QoS of `/tf_static`, whose publishers are latched."""
-
-
-class FrameError(LookupError):
-    """A position cannot be transformed; the message says why."""
 
 
 class Frames:
@@ -67,14 +65,15 @@ class Frames:
 
         Raises
         ------
-        FrameError
-            If the frames are not connected, or if a transform that changes is too old or too new.
+        ValueError
+            If the frames are not connected, or if a transform is no rotation, or changes and is
+            too old or too new.
 
         """
         up, down = self._to_top(frame, time), self._to_top(root, time)
         if up[0] != down[0]:
             why = self.missing or f'no transform connects {up[0]!r} and {down[0]!r}'
-            raise FrameError(f'frame {frame!r} is not known in {root!r}: {why}')
+            raise ValueError(f'frame {frame!r} is not known in {root!r}: {why}')
         (_, r, t), (_, r0, t0) = up, down
         return r0.T @ r, r0.T @ (t - t0)
 
@@ -86,21 +85,16 @@ class Frames:
             step, is_static = self._latest[frame]
             apart = abs(seconds(step.header.stamp) - time)
             if not is_static and time and apart > MAX_APART:
-                raise FrameError(
+                raise ValueError(
                     f'the transform of {frame!r} must be within {MAX_APART:g} s of the position, '
                     f'got {apart:.3g} s'
                 )
-            turn, way = step.transform.rotation, step.transform.translation
-            r = _rotation(np.array([turn.x, turn.y, turn.z, turn.w]))
-            rotation, translation = r @ rotation, r @ translation + (way.x, way.y, way.z)
+            turn = xyzw(step.transform.rotation)
+            gate.check_quaternion(f'the rotation of the transform of {frame!r}', turn)
+            r = rotation_matrix(np.array(turn) / math.hypot(*turn))
+            rotation, translation = r @ rotation, r @ translation + xyz(step.transform.translation)
             frame = step.header.frame_id
             if frame in passed:
-                raise FrameError(f'the transforms of {frame!r} form a circle')
+                raise ValueError(f'the transforms of {frame!r} form a circle')
             passed.add(frame)
         return frame, rotation, translation
-
-
-def _rotation(quaternion: Array) -> Array:
-    """Rotation matrix (3, 3) of a quaternion x, y, z, w of any length; identity if that is 0."""
-    length = float(np.linalg.norm(quaternion))
-    return rotation_matrix(quaternion / length) if length else np.eye(3)

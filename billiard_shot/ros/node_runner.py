@@ -11,6 +11,7 @@ import re
 import signal
 import sys
 import threading
+from time import sleep
 from typing import Any, TypeAlias, TypeVar
 
 import rclpy
@@ -64,6 +65,9 @@ The middleware drops requests and answers beyond the depth without a sign. At th
 counts the requests of all clients. At a client it counts the answers to all clients, because Fast
 DDS sends every answer to every client of the service, which discards those of the others.
 """
+
+END_TIME = 8.0
+"""Longest time from a signal to the end of a node [s], even if a callback does not return."""
 
 PROGRESS_PERIOD = 5.0
 """Time between two messages while the library is compiled [s]."""
@@ -203,7 +207,8 @@ def spin_node(
     The middleware still works while `leave` runs. If a callback raises an exception, call
     `survive` and go on; without `survive`, the node ends. If a callback raises EndError, or after
     a bad parameter, print one line and exit with code 1. `--help` and other arguments that are
-    not ROS arguments do not start the node.
+    not ROS arguments do not start the node. If a callback does not return within `END_TIME` of a
+    signal, exit with code 1.
     """
     parser_of(
         name,
@@ -226,6 +231,9 @@ def spin_node(
         if executor is None:
             os._exit(0)  # nothing has been started yet that would have to be ended
         executor.create_task(lambda: None)  # ends the wait
+        sleep(END_TIME)
+        sys.stderr.write(f'{name}: a callback has not returned {END_TIME:g} s after a signal\n')
+        os._exit(1)
 
     threading.Thread(target=end_after_signal, daemon=True).start()
     try:

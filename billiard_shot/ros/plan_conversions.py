@@ -12,6 +12,7 @@ from geometry_msgs.msg import Point, Vector3
 from std_msgs.msg import Header
 
 from billiard_shot import PlanResult, Scene
+from billiard_shot.perception import gate
 from billiard_shot.perception.sightings import Balls, largest_deviation, Sighting
 from billiard_shot.planning import targets
 from billiard_shot.planning.result import RankedStroke
@@ -75,6 +76,15 @@ def plan_request_of(
     if goal.sample_count > MAX_SAMPLES:
         raise ValueError(f'sample_count must be at most {MAX_SAMPLES}, got {goal.sample_count}')
     check_frame('header.frame_id', goal.header, frame)
+    for name, names in (
+        ('first_contact', goal.first_contact),
+        ('keep', goal.keep),
+        ('target.balls', goal.target.balls),
+        ('target.pockets', goal.target.pockets),
+    ):
+        gate.check_count(name, names)
+        for each in names:
+            gate.check_name(name, each)
     scene = default.scene
     balls: Balls = {}
     if goal.balls:

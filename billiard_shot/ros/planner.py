@@ -154,13 +154,22 @@ class Planner(Node):
 
     async def _execute(self, goal: GoalHandle) -> PlanShot.Result:
         try:
-            request = plan_conversions.plan_request_of(
-                goal.request, self._default, self._table, self.get_parameter('frame').value
-            )
+            return await self._planned(goal)
         except ValueError as error:
-            self.get_logger().warning(f'refused: {error}')
-            goal.abort()
-            return PlanShot.Result(status=int(Status.INVALID_REQUEST), message=str(error))
+            status = Status.INVALID_REQUEST
+            message = plan_conversions.in_fields(str(error), goal.request)
+            self.get_logger().warning(f'refused: {message}')
+        except Exception as error:  # rclpy would answer with the status 0, which is OK
+            status = Status.NO_PLAN
+            message = f'the planner failed with {error!r}; its log has the traceback'
+            self.get_logger().error(traceback.format_exc())
+        goal.abort()
+        return PlanShot.Result(status=int(status), message=message)
+
+    async def _planned(self, goal: GoalHandle) -> PlanShot.Result:
+        request = plan_conversions.plan_request_of(
+            goal.request, self._default, self._table, self.get_parameter('frame').value
+        )
         while self._search:  # and all goals that were waiting before this one
             self._search.preempted = True
             self._search.stop.set()
@@ -170,29 +179,6 @@ class Planner(Node):
             why = 'cancelled before it began'
             return PlanShot.Result(status=int(Status.CANCELLED), message=why)
         search = self._search = Search(goal, self.executor)
-        result = await self._found(request, search)
-        self._search = None
-        search.ended.set_result(None)
-        if goal.is_cancel_requested:
-            goal.canceled()
-        elif result.status == Status.OK:
-            goal.succeed()
-        else:
-            goal.abort()
-        self.get_logger().info(f'{result.status.name}: {result.message}')
-        header, plan_id = parameters.table_header(self), uuid.uuid4().hex[:8]
-        if best := result.best:
-            name, samples = f'{plan_id}-1', BEST_SAMPLES
-            shown = plan_conversions.ranked_message(best, request, name, header, samples)
-            self._best.publish(shown)
-            self._markers.publish(display.plan_markers(result.ranking, header))
-        message = plan_conversions.plan_result(result, request, plan_id, goal.request, header)
-        if search.preempted:
-            message.message = f'preempted by a newer goal; {message.message}'
-        return message
-
-    async def _found(self, request: PlanRequest, search: Search) -> PlanResult:
-        """Search in a thread; an error of the library becomes a result with its reason."""
         try:
             result: PlanResult = await in_thread(
                 self,
@@ -208,14 +194,26 @@ class Planner(Node):
                     time_limit=request.time_limit,
                 ),
             )
-            return result
-        except ValueError as error:
-            status, message = Status.INVALID_REQUEST, str(error)
-        except Exception as error:  # without a result, the status of the answer would be OK
-            self.get_logger().error(traceback.format_exc())
-            why = f'{type(error).__name__}: {error}; the log of the planner has the traceback'
-            status, message = Status.NO_PLAN, f'the search failed with {why}'
-        return PlanResult(status, message, (), 0, 0.0, request.scene.noise)
+        finally:
+            self._search = None
+            search.ended.set_result(None)
+        self.get_logger().info(f'{result.status.name}: {result.message}')
+        header, plan_id = parameters.table_header(self), uuid.uuid4().hex[:8]
+        if best := result.best:
+            name, samples = f'{plan_id}-1', BEST_SAMPLES
+            shown = plan_conversions.ranked_message(best, request, name, header, samples)
+            self._best.publish(shown)
+            self._markers.publish(display.plan_markers(result.ranking, header))
+        message = plan_conversions.plan_result(result, request, plan_id, goal.request, header)
+        if search.preempted:
+            message.message = f'preempted by a newer goal; {message.message}'
+        if goal.is_cancel_requested:
+            goal.canceled()
+        elif result.status == Status.OK:
+            goal.succeed()
+        else:
+            goal.abort()
+        return message
 
     def _cancel(self, goal: GoalHandle) -> CancelResponse:
         if self._search and self._search.goal is goal:

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 import re
 from time import perf_counter
 import traceback
@@ -95,16 +96,17 @@ class Predictor(Node):
     def _keep_table(self, message: TableState) -> None:
         self._table = message
 
-    def _predict_shot(
+    async def _predict_shot(
         self, request: PredictShot.Request, response: PredictShot.Response
     ) -> PredictShot.Response:
         own = self._own
         try:
             scene, ball = conversions.place_balls(request, self._scene, self._table, own.frame)
             stroke = conversions.stroke_of(request.cue_pose, request.speed, ball)
-            shot = predict(
-                scene, stroke, tolerance=request.tolerance or own.tolerance, position=ball
-            )
+            tolerance = request.tolerance or own.tolerance
+            work = partial(predict, scene, stroke, tolerance=tolerance, position=ball)
+            # a thread takes longer than one ball; a rack of balls that touch takes seconds
+            shot = await in_thread(self, work) if len(scene.balls) > 1 else work()
         except ValueError as error:
             return _refused(response, error)
         samples = request.sample_count or own.sample_count
@@ -123,10 +125,10 @@ class Predictor(Node):
         own, begin = self._own, perf_counter()
         try:
             scene, ball = conversions.place_balls(request, self._scene, self._table, own.frame)
-            batch = conversions.requested_batch(request, scene, ball)
             tolerance = request.tolerance or own.tolerance
 
             def compute() -> PredictShots.Response:
+                batch = conversions.requested_batch(request, scene, ball)
                 result = predict_batch(
                     scene, batch.normals, batch.velocities, tolerance, position=ball
                 )

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 import math
 
-from billiard_shot_msgs.msg import BallState, TableState
+from billiard_shot_msgs.msg import TableState
 import numpy as np
 from rclpy.node import Node
 from std_msgs.msg import ColorRGBA, Header
@@ -12,7 +12,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from billiard_shot.records import Array
 from billiard_shot.ros import parameters
-from billiard_shot.ros.conversions import check_frame
+from billiard_shot.ros.conversions import check_frame, sightings_of
 from billiard_shot.ros.markers import array_of, ball, colour, label, shape, solids
 from billiard_shot.ros.node_runner import LATCHED, spin_node
 from billiard_shot.ros.parameters import check_scene, checked, OfTable
@@ -81,11 +81,11 @@ class TableDisplay(Node):
     def _show_balls(self, message: TableState) -> None:
         try:
             check_frame('header.frame_id', message.header, self.get_parameter('frame').value)
+            balls = ball_centres(message, self._radius)
         except ValueError as error:
             self.get_logger().error(f'ignored a table_state: {error}')
             return
-        header = parameters.table_header(self, message.header.stamp)
-        self._publish_balls(ball_centres(message, self._radius), header)
+        self._publish_balls(balls, parameters.table_header(self, message.header.stamp))
 
     def _publish_balls(self, balls: BallCentres, header: Header) -> None:
         """Show the balls, unless they are shown where they are."""
@@ -136,10 +136,11 @@ def ball_markers(balls: BallCentres, radius: float, header: Header) -> MarkerArr
 
 def ball_centres(table: TableState, radius: float) -> BallCentres:
     """Centres of the balls on the table [m]; a ball with z = 0 rests on the cloth."""
+    known = sightings_of(table.balls)
     return {
         ball.id: (ball.position.x, ball.position.y, ball.position.z or radius)
         for ball in table.balls
-        if ball.state != BallState.POCKETED
+        if ball.id in known
     }
 
 

@@ -1,50 +1,41 @@
 """The node `table_tracker`: estimates where the balls lie from the detections of a camera."""
 
 # ruff: noqa: RUF009 (the calls in class bodies make fields, as dataclasses.field does)
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-import math
 import sys
 from typing import Any, ClassVar
 
 from billiard_shot_msgs.msg import BallState, TableState
-import numpy as np
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
+from rclpy.serialization import deserialize_message
 from std_srvs.srv import Trigger
 
-from billiard_shot.perception.tracker import BallTracker, Detection, TrackerSettings
-from billiard_shot.records import Array
+from billiard_shot.perception.gate import MAX_DEVIATION
+from billiard_shot.perception.tracker import BallTracker, TrackerSettings
 from billiard_shot.ros import parameters
 from billiard_shot.ros.conversions import ball_message, seconds, time_of
-from billiard_shot.ros.frames import FrameError, Frames
+from billiard_shot.ros.detections import class_names_of, picture_of
+from billiard_shot.ros.frames import Frames
 from billiard_shot.ros.node_runner import LATCHED, spin_node, steady_timer
 from billiard_shot.ros.parameters import check_scene, checked, OfTable
 from billiard_shot.scene import Scene
 from billiard_shot.scene.fields import number
+from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.table.outline import outline_of
 
 REPEAT_PERIOD = 0.2
-"""Time after which table_state is repeated if there are no detections [s]."""
+"""Time after which table_state is repeated if there are no pictures [s]."""
 
+MAX_AHEAD = 0.1
+"""Longest time by which a picture may be ahead of the clock [s]."""
 
-def class_names_of(pairs: list[str]) -> dict[str, str]:
-    """
-    Names of balls by class id, from pairs such as `white=cue`.
+MAX_BYTES = 2**19
+"""Largest size of a message of detections: some 1,000 detections; to read it takes 0.1 s."""
 
-    Raises
-    ------
-    ValueError
-        If a pair has no equals sign, or an empty side.
-
-    """
-    names = {}
-    for pair in pairs:
-        class_id, sign, name = pair.partition('=')
-        if not (class_id and sign and name):
-            raise ValueError(f"class_names must be pairs such as 'white=cue', got {pair!r}")
-        names[class_id] = name
-    return names
+LOG_PERIOD = 5.0
+"""Shortest time between two messages in the log about detections that are ignored [s]."""
 
 
 @dataclass(frozen=True)
@@ -57,8 +48,9 @@ class TableTrackerParameters(OfTable):
     scene : str
         Radius of the balls, and pockets: name of a bundled scene, or path of a YAML file.
     class_names : list of str
-        Names of balls by the class ids of the detections, as pairs such as `white=cue`. Every
-        other class id is the name of a ball itself.
+        Class ids of the detections that are balls: names of balls such as `8`, and pairs such as
+        `white=cue` for other class ids. Names of balls of the scene need not be listed. Detections
+        of all other classes are ignored.
     detection_noise : float
         Standard deviation of a detected position, in each direction, if the detection has no
         covariance [m].
@@ -69,8 +61,8 @@ class TableTrackerParameters(OfTable):
 
     READ_ONLY: ClassVar = ('scene', 'class_names', 'detection_noise', 'min_score')
     scene: str = checked('paper', check_scene)
-    class_names: list[str] = checked(['cue=cue'], class_names_of)
-    detection_noise: float = number('m', minimum=1e-6, maximum=0.1, default=0.0005)
+    class_names: list[str] = checked([CUE_BALL, *map(str, range(1, 16))], class_names_of)
+    detection_noise: float = number('m', minimum=1e-6, maximum=MAX_DEVIATION, default=0.0005)
     min_score: float = number('', minimum=0.0, maximum=1.0, default=0.5)
 
 
@@ -83,8 +75,13 @@ class TableTracker(Node):
     pose is empty, the centre of the bounding box is the position of the ball. Heights are not
     used. The covariance of the pose is that of one detection.
 
-    `table_state` is published after every message, and repeated if there is none, with the stamp
-    of the last detection. The service `~/reset` (std_srvs/srv/Trigger) forgets all balls. Its
+    Detections that are no balls, by their class or by the gate (billiard_shot.perception.gate),
+    are ignored; the log has their number. A message with more balls than a table can have, or with
+    a stamp ahead of the clock, is ignored as a whole. All other messages are pictures, also those
+    without detections.
+
+    `table_state` is published after every picture, and repeated if there is none, with the stamp
+    of the last picture. The service `~/reset` (std_srvs/srv/Trigger) forgets all balls. Its
     parameters are `TableTrackerParameters` and `TrackerSettings`.
     """
 
@@ -93,8 +90,11 @@ class TableTracker(Node):
         parameters.declare(self, TableTrackerParameters, TrackerSettings)
         own = parameters.read(TableTrackerParameters, self)
         scene = Scene.load(own.scene)
-        self._names = class_names_of(own.class_names)
-        self._variance, self._min_score = own.detection_noise**2, own.min_score
+        names = {name: name for name in (CUE_BALL, *scene.balls)}
+        names |= class_names_of(own.class_names)
+        self._reading = names, own.min_score, own.detection_noise**2
+        self._detections_type = detections_type
+        self._ignored = 0
         self._tracker = BallTracker(
             scene.ball.radius,
             parameters.read(TrackerSettings, self),
@@ -104,47 +104,44 @@ class TableTracker(Node):
         self._snapshot, self._published = 0, ''
         self._publisher = self.create_publisher(TableState, 'table_state', LATCHED)
         self.create_subscription(
-            detections_type, 'detections', self._on_detections, qos_profile_sensor_data
+            detections_type, 'detections', self._on_detections, qos_profile_sensor_data, raw=True
         )
         self.create_service(Trigger, '~/reset', self._reset)
         self._repeat = steady_timer(self, REPEAT_PERIOD, self._publish)
         self.get_logger().info('ready: tracks balls')
 
-    def _on_detections(self, message: Any) -> None:
+    def _on_detections(self, raw: bytes) -> None:
         now = 1e-9 * self.get_clock().now().nanoseconds
-        time = seconds(message.header.stamp) or now
         root = self.get_parameter('frame').value
         try:
+            if len(raw) > MAX_BYTES:
+                raise ValueError(f'detections must have at most {MAX_BYTES} bytes, got {len(raw)}')
+            message: Any = deserialize_message(raw, self._detections_type)
+            time = seconds(message.header.stamp) or now
+            if not time <= now + MAX_AHEAD:
+                raise ValueError(
+                    f'header.stamp must be at most {MAX_AHEAD:g} s ahead of the clock, got '
+                    f'{time - now:.3g} s'
+                )
             transform = self._frames.between(message.header.frame_id or root, root, time)
-        except FrameError as error:
-            self.get_logger().warning(f'ignored detections: {error}', throttle_duration_sec=5.0)
+            balls, ignored = picture_of(message.detections, *self._reading, *transform)
+        except ValueError as error:
+            self.get_logger().warning(
+                f'ignored a picture: {error}', throttle_duration_sec=LOG_PERIOD
+            )
             return
-        self._tracker.update(list(self._detections(message.detections, *transform)), time)
+        if ignored:
+            self._ignored += len(ignored)
+            self.get_logger().info(
+                f'ignored {self._ignored} detections so far, the last one because {ignored[-1]}',
+                throttle_duration_sec=LOG_PERIOD,
+            )
+        self._tracker.update(balls, time)
         self._repeat.reset()
         self._publish()
 
-    def _detections(
-        self, detections: Iterable[Any], rotation: Array, translation: Array
-    ) -> Iterable[Detection]:
-        """Balls that are detected surely enough, in the frame of the table."""
-        for each in detections:
-            best = max(each.results, key=lambda result: result.hypothesis.score, default=None)
-            if best is None or not best.hypothesis.score >= self._min_score:
-                continue
-            centre, noise = best.pose.pose.position, np.array(best.pose.covariance).reshape(6, 6)
-            if not noise.any() and (centre.x, centre.y, centre.z) == (0.0, 0.0, 0.0):
-                centre = each.bbox.center.position
-            x, y, _ = (rotation @ (centre.x, centre.y, centre.z) + translation).tolist()
-            turned = rotation @ noise[:3, :3] @ rotation.T
-            xx, xy, yy = turned[0, 0], turned[0, 1], turned[1, 1]
-            if not xx * yy > xy * xy:
-                xx, xy, yy = self._variance, 0.0, self._variance
-            if all(map(math.isfinite, (x, y, xx, xy, yy))):
-                name = self._names.get(best.hypothesis.class_id, best.hypothesis.class_id)
-                yield Detection(name, (x, y), (float(xx), float(xy), float(yy)))
-
     def _publish(self) -> None:
-        """Publish the balls; the stamp is that of the last detection."""
+        """Publish the balls; the stamp is that of the last picture."""
         now = 1e-9 * self.get_clock().now().nanoseconds
         balls = [
             *(ball_message(name, ball) for name, ball in self._tracker.balls(now).items()),

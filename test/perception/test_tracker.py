@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from billiard_shot.perception.gate import MAX_BALLS
 from billiard_shot.perception.sightings import moved
 from billiard_shot.perception.tracker import BallTracker, Detection, TrackerSettings
 
@@ -24,6 +25,7 @@ class Camera:
         self.random = np.random.default_rng(seed)
         self.noise, self.loss, self.swap = noise, loss, swap
         self.places, self.time = dict(PLACES), 100.0
+        self.kinds = {}  # classes that are not the name of the ball
         self.tracker = BallTracker(RADIUS, TrackerSettings(), pockets)
 
     def picture(self):
@@ -36,7 +38,7 @@ class Camera:
         variance = self.noise**2
         seen = [
             Detection(
-                label,
+                self.kinds.get(label, label),
                 tuple((self.places[name] + self.random.normal(0.0, self.noise, 2)).tolist()),
                 (variance, 0.0, variance),
             )
@@ -201,3 +203,89 @@ def test_reset_forgets_all_balls():
     assert not camera.balls()
     del camera.places['8']
     assert set(camera.watch(1.0)) == set(PLACES) - {'8'}
+
+
+def test_a_camera_without_balls_still_takes_pictures():
+    camera = Camera(0.5e-3, 13)
+    assert camera.tracker.time == 0.0
+    camera.watch(1.0)
+    camera.places = {}
+    camera.watch(1.0)
+    assert camera.tracker.time == camera.time
+    assert not any(ball.is_seen for ball in camera.balls().values())
+    camera.tracker.reset()
+    assert camera.tracker.time == camera.time, 'the time of the last picture does not change'
+
+
+def test_balls_of_one_class_are_told_apart():
+    """Losses and wrong classes change no name; a ball that rolls keeps its name."""
+    camera = Camera(0.5e-3, 14, loss=0.05, swap=0.05)
+    camera.kinds = {'3': 'solid', '8': 'solid', '9': 'solid', 'cue': 'cue'}
+    names = {name: ball.position for name, ball in camera.watch(1.0).items()}
+    assert set(names) == {'cue', 'solid', 'solid_2', 'solid_3'}
+    for _ in range(300):
+        camera.picture()
+        assert set(camera.balls()) == set(names)
+        for name, ball in camera.balls().items():
+            assert math.dist(ball.position, names[name]) < 2e-3
+    rolling = min(names, key=lambda name: math.dist(names[name], PLACES['9']))
+    for x in np.linspace(0.1, 0.6, 6):  # 0.1 m between two pictures
+        camera.places['9'] = (x, -0.3)
+        camera.picture()
+    balls = camera.watch(1.0)
+    assert set(balls) == set(names)
+    assert math.dist(balls[rolling].position, (0.6, -0.3)) < 1e-3
+
+
+def test_a_numbered_ball_never_takes_the_name_of_a_class():
+    camera = Camera(0.5e-3, 15)
+    camera.kinds = {'3': 'red', '8': 'red', '9': 'red_2', 'cue': 'cue'}
+    balls = camera.watch(1.0)
+    assert set(balls) == {'cue', 'red', 'red_2', 'red_3'}
+    assert math.dist(balls['red_2'].position, PLACES['9']) < 1e-3
+
+
+@pytest.mark.parametrize('heading', np.linspace(-math.pi, math.pi, 8, endpoint=False))
+@pytest.mark.parametrize('pictures', [3, 5])
+def test_a_ball_that_was_pushed_near_a_pocket_is_not_pocketed(heading, pictures):
+    """It lies 102 mm from the middle of a hole, is displaced by 4 mm, and is then hidden."""
+    camera = Camera(0.5e-3, 16, pockets=[(0.5, 0.302, 0.06)])
+    camera.watch(1.0)
+    x, y = camera.places['8']
+    camera.places['8'] = x + 4e-3 * math.cos(heading), y + 4e-3 * math.sin(heading)
+    camera.watch(pictures * PERIOD)
+    del camera.places['8']
+    assert not camera.watch(1.0)['8'].is_seen
+    assert not camera.tracker.pocketed
+
+
+@pytest.mark.parametrize('speed', [0.05, 0.2, 1.0, 3.0])
+@pytest.mark.parametrize('seed', range(3))
+def test_a_ball_is_pocketed_in_the_pocket_into_which_it_rolls(speed, seed):
+    """It is detected until it is over the hole, as the simulated camera does."""
+    hole = np.array([1.2, 0.6])
+    camera = Camera(0.5e-3, 100 + seed, loss=0.05, pockets=[(*hole, 0.06)])
+    way = hole - PLACES['8']
+    length = float(np.hypot(*way))
+    start = max(0.0, length - 0.06 - 0.5 * speed)  # it rolls for half a second
+    camera.places['8'] = tuple(PLACES['8'] + start / length * way)
+    camera.watch(1.0)
+    for distance in np.arange(start, length - 0.06, speed * PERIOD):
+        camera.places['8'] = tuple(PLACES['8'] + distance / length * way)
+        camera.picture()
+    del camera.places['8']
+    camera.watch(1.0)
+    assert camera.tracker.pocketed == {'8'}
+
+
+def test_a_picture_with_nothing_but_wrong_balls_costs_little():
+    """The number of tracks is bounded, and so is the number of pairs."""
+    tracker, random = BallTracker(RADIUS), np.random.default_rng(17)
+    for k in range(60):
+        places = random.uniform(-1.0, 1.0, (MAX_BALLS, 2)).tolist()
+        tracker.update(
+            [Detection(f'{k} {i}', tuple(p), (1e-7, 0.0, 1e-7)) for i, p in enumerate(places)],
+            100.0 + k * PERIOD,
+        )
+        assert len(tracker._tracks) <= MAX_BALLS
+    assert len(tracker.balls(103.0)) <= MAX_BALLS

@@ -414,6 +414,11 @@ def test_a_time_limit_ends_the_search():
             plan(SCENE, target, time_limit=wrong)
 
 
+def test_a_time_limit_longer_than_any_search_is_none():
+    target = {'rest': (0.3, 0.2), 'radius': 0.1}
+    assert plan(SCENE, target, budget=100, time_limit=1e308).status is Status.OK
+
+
 def test_a_time_limit_before_the_first_stroke_says_so():
     none = plan(SCENE, {'pot': '8'}, time_limit=1e-9)
     assert (none.status, none.simulations) == (Status.NO_PLAN, 0)

@@ -30,8 +30,8 @@ def test_signals_end_it_with_exit_code_0(start, node, number):
     assert 'Traceback' not in said
 
 
-def said_by(script):
-    """Run a script until it ends with exit code 0; return its output."""
+def said_by(script, code=0):
+    """Run a script until it ends with an exit code; return its output."""
     ended = subprocess.run(
         [sys.executable, '-c', script],
         stdout=subprocess.PIPE,
@@ -40,7 +40,7 @@ def said_by(script):
         timeout=PATIENCE,
         check=False,
     )
-    assert ended.returncode == 0, ended.stdout
+    assert ended.returncode == code, ended.stdout
     return ended.stdout
 
 
@@ -102,6 +102,33 @@ def test_a_node_that_survives_errors_goes_on():
     assert re.findall(r'^survived .*$', said, re.MULTILINE) == [
         f'survived error {i}' for i in (1, 2, 3)
     ]
+
+
+STUCK = """
+import os
+import signal
+
+from rclpy.node import Node
+
+from billiard_shot.ros import node_runner
+
+class Stuck(Node):
+    def __init__(self):
+        super().__init__('stuck')
+        self.create_timer(0.01, self.go_on)
+
+    def go_on(self):
+        os.kill(os.getpid(), signal.SIGTERM)
+        while True:
+            pass
+
+node_runner.END_TIME = 0.5
+node_runner.spin_node(Stuck, 'stuck', [])
+"""
+
+
+def test_a_signal_ends_a_node_whose_callback_does_not_return():
+    assert 'stuck: a callback has not returned 0.5 s after a signal' in said_by(STUCK, code=1)
 
 
 def test_bad_parameter_is_a_clear_start_up_error(start):

@@ -1,6 +1,7 @@
 """The planner as a real process: goals, cancel, preemption, refusals, what it shows."""
 
 from dataclasses import asdict, replace
+from functools import partial
 import math
 import re
 from types import SimpleNamespace
@@ -34,7 +35,7 @@ from billiard_shot.planning.targets import read_target
 from billiard_shot.ros import conversions, plan_conversions, planner
 from billiard_shot.ros.node_runner import LATCHED
 from billiard_shot.ros.plan_conversions import PlanRequest
-from billiard_shot.ros.planner import Planner, Search
+from billiard_shot.ros.planner import Planner
 
 SCENE = Scene.load('blocked')
 DEFAULT = PlanRequest(SCENE, {'pot': '8'}, SCENE.noise, {}, 2000, 1)
@@ -228,6 +229,11 @@ def test_a_plan_that_fails_aborts_with_its_reason(asking):
             'target.point must be two finite numbers, (x, y), got (nan, 0.0)',
         ),
         ({'target': POT, 'balls': balls(b8=(0.0, 0.0))}, 'the cue ball'),
+        ({'target': POT, 'balls': OPEN * 1000}, 'balls must have at most 64 elements, got 2000'),
+        (
+            {'target': POT, 'balls': balls(cue=(1e160, 0.0))},
+            "balls: ball 'cue': position.x must be from -10 to 10 m, got 1e+160",
+        ),
         (
             {'target': POT, 'balls': balls(cue=(0.0, 0.0), b8=(0.01, 0.0))},
             "mm from ball 'cue', got 10 mm",
@@ -403,18 +409,34 @@ def test_a_warning_is_part_of_the_message():
     assert warning(replace(result.best, stroke=other_way)) == 'without errors the target is missed'
 
 
-def test_a_search_that_fails_has_a_result(node, monkeypatch):
+@pytest.mark.parametrize('place', [(planner, 'plan'), (plan_conversions, 'plan_request_of')])
+def test_an_error_of_the_planner_is_a_result(node, monkeypatch, place):
+    """Else the status would be OK, and the goals that come later would wait for ever."""
+
     def broken(*_, **__):
         raise ZeroDivisionError('in the library')
 
-    monkeypatch.setattr(planner, 'plan', broken)
-    log, executor = [], SingleThreadedExecutor()
-    fake = SimpleNamespace(executor=executor, get_logger=lambda: SimpleNamespace(error=log.append))
-    found = executor.create_task(Planner._found, fake, DEFAULT, Search(None, executor))
-    executor.spin_until_future_complete(found, PATIENCE)
-    assert found.result().status == Status.NO_PLAN
-    assert 'failed with ZeroDivisionError: in the library' in found.result().message
+    monkeypatch.setattr(*place, broken)
+    log, ends, executor = [], [], SingleThreadedExecutor()
+    goal = SimpleNamespace(
+        request=PlanShot.Goal(), is_cancel_requested=False, abort=lambda: ends.append('aborted')
+    )
+    fake = SimpleNamespace(
+        executor=executor,
+        get_logger=lambda: SimpleNamespace(error=log.append),
+        get_parameter=lambda _: SimpleNamespace(value='table'),
+        _default=DEFAULT,
+        _table=None,
+        _search=None,
+    )
+    fake._planned = partial(Planner._planned, fake)
+    answer = executor.create_task(Planner._execute, fake, goal)
+    executor.spin_until_future_complete(answer, PATIENCE)
+    assert answer.result().status == Status.NO_PLAN
+    assert "failed with ZeroDivisionError('in the library')" in answer.result().message
     assert 'in broken' in log[0]
+    assert ends == ['aborted']
+    assert fake._search is None
 
 
 def test_the_covariance_of_the_balls_is_noise_of_their_places():

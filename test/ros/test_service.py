@@ -3,7 +3,9 @@
 from dataclasses import replace
 from itertools import groupby
 import math
+import threading
 from time import monotonic, sleep
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -26,6 +28,7 @@ from billiard_shot.ros import conversions
 from billiard_shot.ros import predictor as predictor_node
 from billiard_shot.ros.node_runner import BURST
 from billiard_shot.ros.predict_shot import request_of, response_text
+from billiard_shot.ros.predictor import Predictor, PredictorParameters
 from billiard_shot.shot.replay import from_json
 
 SCENE = Scene.load('paper')
@@ -315,6 +318,33 @@ def test_an_unexpected_error_in_a_batch_is_answered(domain, node, monkeypatch):
     assert 'ZeroDivisionError' in answer.result().message
     executor.shutdown()
     server.destroy_node()
+
+
+def test_a_shot_into_other_balls_does_not_keep_the_node_from_answering(node, monkeypatch):
+    """A rack whose balls touch takes seconds: another thread predicts it."""
+    threads = []
+
+    def spied(*_, **__):
+        threads.append(threading.current_thread())
+        raise ValueError('enough')
+
+    monkeypatch.setattr(predictor_node, 'predict', spied)
+    table = TableState(balls=[BallState(id='cue')])
+    for count in (1, 2):
+        executor = SingleThreadedExecutor()
+        fake = SimpleNamespace(
+            executor=executor, _own=PredictorParameters(), _scene=SCENE, _table=table
+        )
+        request = request_for('horizontal')
+        request.use_table_state = True
+        answer = executor.create_task(
+            Predictor._predict_shot, fake, request, PredictShot.Response()
+        )
+        executor.spin_until_future_complete(answer, PATIENCE)
+        assert (answer.result().message, len(threads)) == ('enough', count)
+        executor.shutdown()
+        table.balls.append(BallState(id='8', position=Point(x=0.5)))
+    assert [each is threading.main_thread() for each in threads] == [True, False]
 
 
 def test_path_and_markers_come_after_the_answer(start, node):
