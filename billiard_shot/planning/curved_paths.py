@@ -67,7 +67,7 @@ def build_strike_library(problem: Problem) -> StrikeLibrary:
     strokes = np.column_stack([offsets, np.zeros(len(offsets)), np.ones(len(offsets))])
     normals, velocities = vectors_of(strokes)
     centre = np.array([0.0, 0.0, problem.radius])
-    model = problem.model._replace(follows=False)  # double hits do not scale with the speed
+    model = problem.model._replace(follow_through=0.0)  # double hits do not scale with the speed
     library = Strokes(model, normals, velocities, centre)
     run = run_recorded(table_task(library, CURVE_TOLERANCE))
     ends = run.tables['segments']

@@ -73,7 +73,7 @@ def strike(
         solve_near(table, s, cues, number, room, tolerance, solver=solver)
     if q.steady and not (moving and reaches_others(p, room)):
         solve_steady(table, p, cue, room, solver)
-        moving = q.follows and q.moves and repeats(room)
+        moving = q.follow_through > 0.0 and q.moves and repeats(room)
         if moving:
             solve_near(table, s, cues, number, room, tolerance, solver=solver)
     cue.others = reaches_others(p, room)
@@ -217,4 +217,4 @@ def note_strike(
         if j <= CLOTH_CONTACT:
             cue.losses[2 * j], cue.losses[2 * j + 1] = losses[0], losses[1]
     cue.speed = dot(cue.axis, room.results.bodies[p.members].velocity)
-    cue.end = follow_through_time(cue.speed) if q.follows else 0.0
+    cue.end = follow_through_time(q.follow_through, cue.speed)
