@@ -92,6 +92,7 @@ def _strike(name: str, shot: Shot) -> dict[str, Any]:
     return {
         'stroke': name,
         'status': shot.status.name,
+        'miscue': shot.miscue,
         'message': shot.message,
         'velocity': shot.velocity.tolist(),
         'spin': shot.spin.tolist(),

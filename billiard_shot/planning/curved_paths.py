@@ -72,7 +72,7 @@ def build_strike_library(problem: Problem) -> StrikeLibrary:
     run = run_recorded(table_task(library, CURVE_TOLERANCE))
     ends = run.tables['segments']
     rests = (run.cues['status'] == Status.OK) & (run.tables['status'] == Status.OK)
-    kept = np.flatnonzero(rests & (np.diff(ends, prepend=0) <= MAX_SEGMENTS))
+    kept = np.flatnonzero(rests & ~run.cues['miscue'] & (np.diff(ends, prepend=0) <= MAX_SEGMENTS))
     motions = np.split(run.segments, ends[:-1])
     paths = [Trajectory(motions[i].copy()) for i in kept]
     places = [path.at(_times(path)).position - centre for path in paths]

@@ -65,7 +65,8 @@ class CueRecord:
     # Whether other balls or cushions are so near that they may take part in the strike; afterwards
     # whether they did.
     others: bool
-    status: int  # Status: that of the impact, MISCUE, or why the stroke was refused
+    status: int  # Status: that of the impact, or why the stroke was refused
+    miscue: bool  # the tip still slid when it left the ball
     velocity: Vector3  # m/s, of ball 0 at the end of the strike
     spin: Vector3  # rad/s
     hits: int  # how often the tip met the ball; 0: the table cannot begin

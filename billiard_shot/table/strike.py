@@ -18,7 +18,7 @@ from typing import Any
 from billiard_shot.compiled import inner
 from billiard_shot.impact.state import BALL_BODY, PLANE
 from billiard_shot.numerics.vectors import dot
-from billiard_shot.status import BUDGET_EXCEEDED, INFINITE_SEQUENCE, MISCUE, OK
+from billiard_shot.status import BUDGET_EXCEEDED
 from billiard_shot.table.ball_impact import collide_fixed
 from billiard_shot.table.cluster import (
     first_partner,
@@ -203,8 +203,7 @@ def note_strike(
     outcome, contacts = room.results.outcomes[0], room.results.contacts
     tip, cloth = contacts[TIP_CONTACT], contacts[CLOTH_CONTACT]
     slip = tip.first_slip if moving else tip.final_slip
-    miscue = outcome.status in (OK, INFINITE_SEQUENCE) and slip > MISCUE_SLIP * cue.speed
-    cue.status = MISCUE if miscue else outcome.status
+    cue.status, cue.miscue = outcome.status, slip > MISCUE_SLIP * cue.speed
     cue.phases, cue.steps, cue.contacts = outcome.phases, outcome.steps, p.contacts
     cue.hits = max(tip.closings, 1) if moving else 1
     cue.discontinuity_margin = min(tip.discontinuity_margin, cloth.discontinuity_margin)
