@@ -12,6 +12,7 @@ import pytest
 from billiard_shot import predict, predict_batch, Scene
 from billiard_shot.cli import main
 from billiard_shot.game import Call, Decision, judge, Outcome, Ruling, start, State
+from billiard_shot.game.agent import simulated
 from billiard_shot.game.agents.greedy import Greedy
 from billiard_shot.game.agents.player import Player
 from billiard_shot.game.batch_outcomes import rule_on, RuledBatch
@@ -47,6 +48,16 @@ def test_a_rack_repeats_and_is_kept_as_data(game):
     assert {shot.end for shot in record.shots} <= {'', *ENDS} - {'illegal'}
     assert record.state['breaker'] == 1
     assert record.shots[0].state['balls'] != play(pairing, 2).shots[0].state['balls']
+
+
+def test_a_rack_records_miscues():
+    def slips(scene, stroke, errors):
+        return replace(simulated(scene, stroke, errors), miscue=True)
+
+    record = play(Pairing('practice', TABLE, ('random',), balls=1, simulator=slips), 0)
+    assert record.shots
+    assert all(shot.miscue for shot in record.shots)
+    assert RackRecord.from_dict(json.loads(json.dumps(record.to_dict()))) == record
 
 
 def test_two_racks_in_turn_are_alike_but_for_the_breaker():
