@@ -9,11 +9,10 @@ class Status(IntEnum):
 
     The numbers are part of the interface: the constants in the response of
     `billiard_shot_msgs/srv/PredictShot` map to them one to one. Zero is success; from 100 on the
-    request itself was refused.
+    request itself was refused. 1 is not used.
     """
 
     OK = 0
-    MISCUE = 1  # the tip still slid when it left the ball; every result is filled in
     INFINITE_SEQUENCE = 2  # an endless, dying sequence of impacts was taken to its limit
     NEGATIVE_ENERGY = 3  # law `poisson` drove an elastic energy below zero
     NEVER_RESTS = 4  # nothing on this cloth brings the ball to rest
@@ -38,7 +37,6 @@ class Status(IntEnum):
 
 # Compiled code uses integers instead of enumerations.
 OK = int(Status.OK)
-MISCUE = int(Status.MISCUE)
 INFINITE_SEQUENCE = int(Status.INFINITE_SEQUENCE)
 NEGATIVE_ENERGY = int(Status.NEGATIVE_ENERGY)
 NEVER_RESTS = int(Status.NEVER_RESTS)

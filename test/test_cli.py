@@ -34,6 +34,7 @@ def test_json_is_what_predict_gives(capsys):
     assert lines[3]['spin'] == shot.spin.tolist()
     assert lines[3]['rest'] == shot.trajectory.final_position.tolist()
     assert lines[3]['status'] == shot.status.name
+    assert lines[3]['miscue'] == shot.miscue
     assert np.shape(lines[3]['dissipated']) == (2, 2)
 
 
@@ -63,6 +64,18 @@ def test_vectors_on_the_command_line(capsys):
     (row,) = csv.DictReader(io.StringIO(capsys.readouterr().out))
     velocity = [float(row[f'velocity_{axis}']) for axis in 'xyz']
     assert velocity == pytest.approx([0.4291, 0.8582, 0.2831], abs=5e-5)
+
+
+def test_a_miscue_is_said_in_every_format(capsys):
+    arguments = ['predict', '--a', '0.8', '--elevation-deg', '1', '--speed', '2']
+    assert main([*arguments, '--json']) == 0
+    said = json.loads(capsys.readouterr().out)
+    assert (said['status'], said['miscue']) == ('OK', True)
+    assert main([*arguments, '--csv']) == 0
+    (row,) = csv.DictReader(io.StringIO(capsys.readouterr().out))
+    assert (row['status'], row['miscue']) == ('OK', 'True')
+    assert main(arguments) == 0
+    assert capsys.readouterr().out.startswith('OK: a miscue: the tip still slid when it left')
 
 
 def test_refused_strokes_are_said_on_stderr(capsys):

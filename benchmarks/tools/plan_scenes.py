@@ -178,7 +178,7 @@ def measured(scene, target, strokes, tolerance=1e-4):
     """Whether strokes (n, 5) reach a target, and where the cue ball ends, from predict_batch."""
     batch = predict_batch(scene, *vectors_of(strokes), tolerance=tolerance)
     names = list(batch.run.names)
-    good = np.isin(batch.status, (0, 2, 5))
+    good = np.isin(batch.status, (0, 2, 5)) & ~batch.miscue
     if 'pot' in target:
         ball = names.index(target['pot'])
         good &= batch.run.pocket[:, ball] == POCKET_NAMES.index(target['pocket'])

@@ -103,6 +103,7 @@ def _strike(name: str, shot: Shot) -> dict[str, Any]:
         'stroke': name,
         **dict(zip(OFFSETS, shot.stroke.offsets, strict=True)),
         'status': shot.status.name,
+        'miscue': shot.miscue,
         'message': shot.message,
         'velocity': shot.velocity.tolist(),
         'spin': shot.spin.tolist(),

@@ -28,7 +28,7 @@ from billiard_shot.status import Status
 
 ELEVATION_TOLERANCE = 1e-6  # rad, between a plan's elevation and that of its pose
 
-PLAYABLE = (Status.OK, Status.MISCUE, Status.INFINITE_SEQUENCE, Status.TOLERANCE_NOT_REACHED)
+PLAYABLE = (Status.OK, Status.INFINITE_SEQUENCE, Status.TOLERANCE_NOT_REACHED)
 """Statuses of predictions in which the cue's motion is known well enough to brake the cue."""
 
 _OUTCOMES = {

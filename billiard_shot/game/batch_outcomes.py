@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from billiard_shot.game.call import Call
 from billiard_shot.game.outcome import Outcome
-from billiard_shot.game.referee import judge_batch
+from billiard_shot.game.referee import judge_batch, Rulings
 from billiard_shot.game.ruling import Ruling
 from billiard_shot.game.state import State
 from billiard_shot.scene.placement import CUE_BALL
@@ -23,7 +23,7 @@ class RuledBatch(NamedTuple):
 
     kinds: tuple[Ruling, ...]  # the different ones, see `Rulings`
     kind: NDArray[np.int64]  # (n,) the ruling of each stroke
-    states: TableStates  # the balls as they rest
+    states: TableStates  # the balls as they rest, or back where a ruling puts them
 
     @property
     def after(self) -> list[State]:
@@ -76,7 +76,20 @@ def rule_on(
     different, number = np.unique(np.array(columns, np.int64), axis=1, return_inverse=True)
     outcomes = [_outcome(state, run.names, row) for row in different.T.tolist()]
     rulings = judge_batch(state, calls, [outcomes[i] for i in number.ravel().tolist()])
-    return RuledBatch(rulings.kinds, rulings.kind, run.states)
+    return RuledBatch(rulings.kinds, rulings.kind, _restored(run.states, rulings, state.radius))
+
+
+def _restored(states: TableStates, rulings: Rulings, radius: float) -> TableStates:
+    """Put the balls of a table back if its ruling restores it."""
+    position, present = states.position.copy(), states.present
+    for number, ruling in enumerate(rulings.kinds):
+        if ruling.restore:
+            rows, balls = rulings.kind == number, ruling.state.balls
+            present[rows] = [name in balls for name in states.names]
+            for i, name in enumerate(states.names):
+                if name in balls:
+                    position[rows, i] = (*balls[name], radius)
+    return TableStates(states.names, position, present=present)
 
 
 def _outcome(state: State, names: tuple[str, ...], row: list[int]) -> Outcome:

@@ -1,7 +1,7 @@
 """What rules ask of a shot: contacts, pots, cushions; from a prediction or from anything else."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TypeAlias
 
 import numpy as np
@@ -23,7 +23,7 @@ class Outcome:
     """
     What a shot did, as far as rules ask.
 
-    Equal outcomes have the same ruling; the places of the balls do not count for that.
+    Equal outcomes have the same ruling; miscues and the places of the balls do not count for that.
 
     Parameters
     ----------
@@ -46,6 +46,8 @@ class Outcome:
         The balls that the cue ball met, each once, in the order of time.
     cushions_before : tuple of int
         For each ball in `met`, how often the cue ball had met a cushion before.
+    miscue : bool
+        The tip slid on the cue ball; that is legal (WPA 8.18).
     places : mapping of str to (x, y)
         Where the balls that are left rest [m].
 
@@ -60,6 +62,7 @@ class Outcome:
     refused: str = ''
     met: tuple[str, ...] = ()
     cushions_before: tuple[int, ...] = ()
+    miscue: bool = field(default=False, compare=False)
     places: Mapping[str, tuple[float, float]] = field(default_factory=dict, compare=False)
 
     @property
@@ -89,7 +92,8 @@ def outcome_of(shot: ShotLike) -> Outcome:
     if shot.status.refused:
         places = {CUE_BALL: shot.scene.cue_ball[:2], **shot.scene.balls}
         return Outcome(refused=shot.message, places=places)
-    return outcome_of_run(shot.run, shot.scene, double_hit=shot.double_hit is not None)
+    outcome = outcome_of_run(shot.run, shot.scene, double_hit=shot.double_hit is not None)
+    return replace(outcome, miscue=shot.miscue)
 
 
 def outcome_of_run(run: TableRun, scene: Scene, *, double_hit: bool = False) -> Outcome:

@@ -150,6 +150,7 @@ def _record(
         success=decision.success,
         reason=decision.reason,
         kept=kept,
+        miscue=ruling.miscue,
         fouls=tuple(map(str, ruling.fouls)),
         text=ruling.text,
         end='' if kept or decision.choice else _end(state, decision, ruling),

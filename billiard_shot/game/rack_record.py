@@ -21,6 +21,7 @@ class PlayedShot:
     success: float | None = None  # probability that the player gave its shot
     reason: str = ''  # why it was played
     kept: bool = False  # whether the player kept its turn
+    miscue: bool = False  # the tip slid on the cue ball
     fouls: tuple[str, ...] = ()
     text: str = ''  # the ruling
     end: str = ''  # how the visit ended, one of `ENDS`; '' if it went on

@@ -59,7 +59,7 @@ def settled(ruling: Ruling, outcome: Outcome) -> Ruling:
     state = replace(state, balls=spotted(state, balls, ruling.spot))
     if ruling.arrange:
         state = ruling.arrange(state)
-    return replace(ruling, state=state)
+    return replace(ruling, state=state, miscue=outcome.miscue)
 
 
 def choose(state: State, choice: str, seconds: float = 0.0) -> State:

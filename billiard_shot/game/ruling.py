@@ -44,6 +44,8 @@ class Ruling:
         Balls that go back onto the table.
     restore : bool
         The balls go back to where they were before the shot.
+    miscue : bool
+        The tip slid on the cue ball, as the outcome says.
     arrange : callable, optional
         Takes the state with the balls where they rest, and moves balls as the rules say, such as
         into a new rack.
@@ -55,6 +57,7 @@ class Ruling:
     text: str = ''
     spot: tuple[str, ...] = ()
     restore: bool = False
+    miscue: bool = False
     arrange: Callable[[State], State] | None = None
 
     @property

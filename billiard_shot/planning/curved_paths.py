@@ -67,12 +67,12 @@ def build_strike_library(problem: Problem) -> StrikeLibrary:
     strokes = np.column_stack([offsets, np.zeros(len(offsets)), np.ones(len(offsets))])
     normals, velocities = vectors_of(strokes)
     centre = np.array([0.0, 0.0, problem.radius])
-    model = problem.model._replace(follows=False)  # double hits do not scale with the speed
+    model = problem.model._replace(follow_through=0.0)  # double hits do not scale with the speed
     library = Strokes(model, normals, velocities, centre)
     run = run_recorded(table_task(library, CURVE_TOLERANCE))
     ends = run.tables['segments']
     rests = (run.cues['status'] == Status.OK) & (run.tables['status'] == Status.OK)
-    kept = np.flatnonzero(rests & (np.diff(ends, prepend=0) <= MAX_SEGMENTS))
+    kept = np.flatnonzero(rests & ~run.cues['miscue'] & (np.diff(ends, prepend=0) <= MAX_SEGMENTS))
     motions = np.split(run.segments, ends[:-1])
     paths = [Trajectory(motions[i].copy()) for i in kept]
     places = [path.at(_times(path)).position - centre for path in paths]

@@ -43,7 +43,7 @@ TRIAL_TOLERANCE = 1e-3  # m, of trajectories
 # m: while the search compares strokes, trajectories may err by the displacement that the standard
 # error of the azimuth causes over this distance
 ORDINARY_PATH = 2.0
-# A planned stroke may end with these. MISCUE is not among them: a sliding tip is not repeatable.
+# A planned stroke may end with these, but not in a miscue: a sliding tip is not repeatable.
 USABLE_STATUSES = (Status.OK, Status.INFINITE_SEQUENCE, Status.TOLERANCE_NOT_REACHED)
 IS_USABLE = np.isin(np.arange(max(Status) + 1), USABLE_STATUSES)  # of each status
 INFEASIBLE_PENALTY = 9.0  # of strokes that cannot be played
@@ -169,8 +169,8 @@ def simulate_strokes(
     started = start_strokes(problem, strokes, mapped, coarse)
     task = started.task
     if places is not None:
-        put_at(problem, task, started.together, places)
-    usable = IS_USABLE[started.status]
+        put_at(problem, task, started.cues['others'], places)
+    usable = IS_USABLE[started.status] & ~started.cues['miscue']
     if rules is not None:
         task.starts['velocity'][~usable] = task.starts['spin'][~usable] = 0.0
     return run_recorded(task._replace(rules=rules)), usable
@@ -186,15 +186,14 @@ class Started(NamedTuple):
         Its balls begin as the strikes leave them.
     status : (n,) int array
         Status of the strikes.
-    together, repeated : (n,) bool arrays
-        Whether the ball met other balls or cushions in the strike, or the tip again.
+    cues : (n,) array of CueRecord
+        After the strikes; of mapped ones only where the cue is, and how it moves.
 
     """
 
     task: TableTask
     status: NDArray[np.int64]
-    together: NDArray[np.bool_]
-    repeated: NDArray[np.bool_]
+    cues: NDArray[np.void]
 
 
 def start_strokes(
@@ -209,7 +208,6 @@ def start_strokes(
     mapped = mapped or all_solved(count)
     starts, cues = starts_of(centre, others, count), ROWS.records(CueRecord, count)
     status = np.zeros(count, np.int64)
-    together, repeated = np.zeros(count, np.bool_), np.zeros(count, np.bool_)
     solved = np.flatnonzero(mapped.number == SOLVED)
     if len(solved):
         vectors = vectors_of(strokes[solved])
@@ -219,7 +217,6 @@ def start_strokes(
         for name in ('position', 'velocity', 'spin', 'first_contact'):
             starts[name][solved] = struck.balls[name]
         cues[solved], status[solved] = done, done['status']
-        together[solved], repeated[solved] = done['others'], done['hits'] > 1
     if len(solved) < count:
         ground = Ground(model, around, centre)
         starts, cues, status = start_mapped(ground, strokes, mapped, starts, cues, status)
@@ -232,7 +229,7 @@ def start_strokes(
         cues=cues,
         fast_rebounds=coarse,
     )
-    return Started(task, status, together, repeated)
+    return Started(task, status, cues)
 
 
 def reaching_speed_in(problem: Problem) -> float:

@@ -84,7 +84,7 @@ def invert_strike(
     """
     scene = Scene.load(scene)
     model = model_of(scene)
-    problem = _Problem(scene, model._replace(follows=False), _wanted(scene, velocity, spin))
+    problem = _Problem(scene, model._replace(follow_through=0.0), _wanted(scene, velocity, spin))
     found = problem.solve()
     azimuth, speed = problem.project(found[np.newaxis])[1:]
     if speed[0] <= SLOWEST_STROKE:

@@ -149,7 +149,7 @@ def write_starts(
         if not model.table:  # the ball, which may go down, is put onto the cloth
             ball.velocity[2] = max(ball.velocity[2], 0.0)
         cue.speed = motion[6]
-        cue.end = follow_through_time(motion[6]) if model.follows else 0.0
+        cue.end = follow_through_time(model.follow_through, motion[6])
 
 
 def start_mapped(

@@ -109,6 +109,8 @@ class RankedStroke:
         if met is not None and not problem.may_meet(problem.names.index(met)):
             faults.append(f'the cue ball meets ball {met!r} first')
         faults += [f'ball {ball!r} leaves the table' for ball in shot.off_table]
+        if shot.miscue:
+            faults.append('the tip slides on the cue ball')
         if any(event.kind == EventKind.CUE for event in shot.events):
             faults.append('the cue hits the cue ball again')
         exactly = np.array([self.stroke.offsets])

@@ -178,7 +178,8 @@ def fit_cell(model: StrikeModel, cell: Cell) -> Fit:
     radius = model.surface.radius
     centre = np.array([0.0, 0.0, radius])
     strikes = strike_batch(Strokes(model, *vectors_of(strokes), centre), CELL_TOLERANCE).cues
-    if (strikes['status'] != Status.OK).any() or (strikes['hits'] > 1).any():
+    unfit = (strikes['status'] != Status.OK) | strikes['miscue'] | (strikes['hits'] > 1)
+    if unfit.any():
         return Fit(np.zeros((len(EXPONENTS), MOTION)), np.full(MOTION, np.inf))
     exact = np.column_stack([strikes['velocity'], strikes['spin'], strikes['speed']])
     terms = terms_of(places)

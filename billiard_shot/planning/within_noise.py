@@ -64,7 +64,12 @@ class NoisyBatch:
     run: TableBatch
 
     def __repr__(self) -> str:
-        return f'NoisyBatch({count_in_words(self.status, "stroke")})'
+        return f'NoisyBatch({count_in_words(self.status, "stroke", self.miscue)})'
+
+    @property
+    def miscue(self) -> NDArray[np.bool_]:
+        """Whether the tip still slid when it left the ball (n,); never if it is mapped."""
+        return self.run.miscue
 
 
 def predict_within_noise(
@@ -122,7 +127,7 @@ def predict_within_noise(
     played = status < Status.MISS
     ended = np.isin(status, (Status.OK, Status.INFINITE_SEQUENCE)) & (run.status != Status.OK)
     status[ended] = run.status[ended]
-    repeated = np.concatenate([each.repeated for each in started])
+    repeated = np.concatenate([each.cues['hits'] > 1 for each in started])
     return NoisyBatch(
         velocity=starts['velocity'],
         spin=starts['spin'],

@@ -263,6 +263,7 @@ def response_of(shot: Shot, sample_count: int, all_balls: bool = False) -> Predi
     ]
     response = PredictShot.Response(
         status=int(shot.status),
+        miscue=shot.miscue,
         message=shot.message,
         velocity=filled(Vector3, shot.velocity),
         spin=filled(Vector3, shot.spin),
@@ -298,6 +299,7 @@ def batch_response(batch: Batch, result: BatchResult, wall_time: float) -> Predi
 
     return PredictShots.Response(
         statuses=array('H', statuses.astype(np.uint16).tobytes()),
+        miscues=(played & result.miscue).tolist(),
         velocities=flat(result.velocity),
         spins=flat(result.spin),
         final_positions=flat(result.run.final_position),

@@ -187,6 +187,7 @@ class Turn:
                 shot_id=shot_id,
                 decision=decision.reason,
                 success=-1.0 if decision.success is None else decision.success,
+                miscue=ruling.miscue,
                 ruling=ruling.text,
                 fouls=[str(foul) for foul in ruling.fouls],
                 gone=[ball for ball in state.balls if ball not in ruling.state.balls],

@@ -18,6 +18,8 @@ from billiard_shot.scene.table import BallBall
 # this lighter end makes up for it: scene `pool` is within 8 percent of his for a = 0.1 to 0.5.
 END_MASS = 0.0042
 CUE_LENGTH = 1.47
+# Instructors ask for at least 4 in past the ball (0.1 m, cuemaster-poolschool.com).
+FOLLOW_THROUGH = 0.15
 FERRULE_RADIUS = 0.0065  # a pool cue's ferrule is 13 mm wide
 STANDARD_GRAVITY = 9.80665  # CGPM 1901
 
@@ -97,6 +99,9 @@ class Cue:
         Radius of the spherical surface of a rounded tip [m], at least 0. A stroke that is given by
         the axis of the cue then meets the ball nearer to its centre. By default 0: the tip is a
         point on the axis. Common tips have the curvature of a dime, 9 mm, or a nickel, 10.6 mm.
+    follow_through : float
+        Distance that the cue goes on after the strike [m], above 0; it may hit the ball again. By
+        default 0.15 m, see `FOLLOW_THROUGH`.
 
     """
 
@@ -111,6 +116,7 @@ class Cue:
     )
     length: float = number('m', minimum=0, derived=lambda cue: 0.0 if cue.guided else CUE_LENGTH)
     tip_curvature_radius: float = number('m', minimum=0, default=0.0)
+    follow_through: float = number('m', above=0, default=FOLLOW_THROUGH)
 
     def __post_init__(self) -> None:
         check(self)

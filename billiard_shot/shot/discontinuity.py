@@ -57,7 +57,7 @@ def discontinuities_of_law(
         tip, table = model.stiffness
         ends = []
         for factor in (1.0 - change, 1.0, 1.0 + change):
-            changed = model._replace(stiffness=(tip * factor, table), follows=False)
+            changed = model._replace(stiffness=(tip * factor, table), follow_through=0.0)
             n, v = strokes.normals[i : i + 1], strokes.velocities[i : i + 1]
             ends.append(_final_position(Strokes(changed, n, v, strokes.position), tolerance))
         bend = float(np.linalg.norm(ends[0] - 2.0 * ends[1] + ends[2]))

@@ -22,8 +22,6 @@ def message_of(status: Status, scene: Scene, stroke: Stroke, trajectory: Traject
     match status:
         case Status.OK | Status.OFF_TABLE:  # told by what happened
             return ''
-        case Status.MISCUE:
-            return 'the tip still slid when it left the ball'
         case Status.NEVER_RESTS:
             return (
                 f'nothing stops the ball: its last motion, from {trajectory.duration:.3g} s on, '

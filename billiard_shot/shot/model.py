@@ -30,7 +30,7 @@ class StrikeModel(NamedTuple):
     law: int
     exponent: float
     table: bool  # whether the contact CLOTH_CONTACT takes part
-    follows: bool  # whether the cue goes on after the strike, and may hit the ball again
+    follow_through: float  # m, see `CueParams`
     surface: BallClothParams  # the ball's own numbers are here
 
 
@@ -78,7 +78,7 @@ def cue_params(model: StrikeModel, table: TableParams) -> CueParams:
         interval=TIP_DURATION / NORMALS if moves else inf,
         on_cloth=model.table,
         moves=moves,
-        follows=model.follows,
+        follow_through=model.follow_through,
     )
 
 
@@ -96,6 +96,6 @@ def strike_model(scene: Scene) -> StrikeModel:
         law=LAWS[scene.law],
         exponent=float(scene.exponent),
         table=True,
-        follows=True,
+        follow_through=float(scene.cue.follow_through),
         surface=ball_cloth_params(scene),
     )

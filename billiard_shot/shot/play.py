@@ -17,7 +17,7 @@ from billiard_shot.shot.accuracy import HOPS
 from billiard_shot.shot.discontinuity import discontinuities_of_law
 from billiard_shot.shot.on_table import table_task
 from billiard_shot.shot.strike import Strokes
-from billiard_shot.status import INFINITE_SEQUENCE, MISCUE, OK, TOLERANCE_NOT_REACHED
+from billiard_shot.status import INFINITE_SEQUENCE, OK, TOLERANCE_NOT_REACHED
 from billiard_shot.table.motion import NOTHING
 from billiard_shot.table.simulate import (
     BatchRecording,
@@ -115,12 +115,10 @@ def _play(strokes: Strokes, tolerance: float, recorded: bool) -> Played:
 def _with_status(played: Played, tolerance: float) -> Played:
     """Decide how strokes ended: as the strike; if it went well, as the table and its accuracy."""
     status, table = played.status, played.run.tables['status']
-    jumps = played.discontinuity > 0.0
-    doubtful = jumps | (played.error > tolerance)
+    doubtful = (played.discontinuity > 0.0) | (played.error > tolerance)
     if not (doubtful.any() or (table != OK).any()):
         return played
     went_well = (status == OK) | (status == INFINITE_SEQUENCE)
-    inexact = went_well & doubtful | (jumps & (status == MISCUE))
-    status = np.where(inexact, TOLERANCE_NOT_REACHED, status)
+    status = np.where(went_well & doubtful, TOLERANCE_NOT_REACHED, status)
     status = np.where(went_well & (table != OK), table, status)
     return played._replace(status=status, error=played.error + played.discontinuity)

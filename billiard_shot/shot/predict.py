@@ -105,7 +105,12 @@ class BatchResult:
     run: TableBatch  # all balls
 
     def __repr__(self) -> str:
-        return f'BatchResult({count_in_words(self.status, "stroke")})'
+        return f'BatchResult({count_in_words(self.status, "stroke", self.miscue)})'
+
+    @property
+    def miscue(self) -> NDArray[np.bool_]:
+        """Whether the tip still slid when it left the ball (n,)."""
+        return self.run.miscue
 
     def to_frame(self) -> Any:
         """

@@ -27,7 +27,7 @@ from billiard_shot.table.motion import SegmentRecord
 from billiard_shot.table.run import EventLog, TableRun
 from billiard_shot.table.simulation_state import EventRecord
 
-REPLAY_FORMAT, VERSION = 'billiard_shot shot', 1
+REPLAY_FORMAT, VERSION = 'billiard_shot shot', 2
 
 
 def to_json(shot: Shot) -> str:
@@ -68,7 +68,7 @@ def save_shot(shot: Shot, path: str | Path) -> None:
     Infinities and NaNs, which JSON lacks, are written as `{"float": "inf"}`. An array of records
     is an object with an array for each field of the record. The keys are:
 
-    - `format`, `version`: `billiard_shot shot`, 1.
+    - `format`, `version`: `billiard_shot shot`, 2.
     - `scene`: as in the YAML file of a scene, with all defaults.
     - `stroke`: `normal` and `velocity` [m/s], frame `table`; `axis`, whether the normal is where
       the axis of the cue meets the ball.
@@ -79,8 +79,8 @@ def save_shot(shot: Shot, path: str | Path) -> None:
     - `discontinuity`: distance between the two resting places that law `energetic` allows [m].
     - `run`: every ball, with names, segments (fields of `SegmentRecord` in table/motion.py) and
       events (fields of `EventRecord` in table/simulation_state.py).
-    - `strike`: fields of `CueRecord` in table/cue.py, such as `velocity` [m/s], `spin` [rad/s] and
-      `impulses` [N s].
+    - `strike`: fields of `CueRecord` in table/cue.py, such as `velocity` [m/s], `spin` [rad/s],
+      `impulses` [N s] and `miscue`.
     - `phases`, `losses`: of the strike, fields of `PhaseLog` in impact/state.py, and [J].
 
     Parameters

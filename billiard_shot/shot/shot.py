@@ -126,6 +126,11 @@ class Shot:
         """Cue speed along the stroke at the end of the strike [m/s], negative if it recoils."""
         return float(self._cue['speed'])
 
+    @property
+    def miscue(self) -> bool:
+        """Whether the tip still slid when it left the ball."""
+        return bool(self._cue['miscue'])
+
     @cached_property
     def impact(self) -> Impact:
         """The impact in detail."""

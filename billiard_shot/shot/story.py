@@ -73,6 +73,8 @@ def facts(shot: Shot) -> dict[str, str]:
     if shot.first_contact:
         until = ball_in_words(shot.first_contact)
         listed['numerical error'] += f' until the cue ball meets {until}'
+    elif not shot.trajectory.comes_to_rest:
+        listed['numerical error'] += f' until {shot.trajectory.duration:.3g} s'
     return listed
 
 
@@ -106,6 +108,8 @@ def as_html(shot: Shot) -> str:
 
 
 def _happenings(shot: Shot) -> Iterator[str]:
+    if shot.miscue:
+        yield 'a miscue: the tip still slid when it left the ball'
     yield _pocketed(shot)
     for ball in shot.off_table:
         yield f'{ball_in_words(ball)} off the table'

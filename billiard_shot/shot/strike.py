@@ -58,7 +58,7 @@ EXAMPLE_MODEL = StrikeModel(
     law=0,
     exponent=1.0,
     table=True,
-    follows=True,
+    follow_through=1.0,
     surface=BallClothParams(*(1.0,) * 10, law=0, exponent=1.0, flight_gate=GATE_AUTO),
 )  # for the examples; of no ball in particular
 

@@ -9,7 +9,6 @@ from billiard_shot.records import record, Vector3
 THE_CUE = -3  # in place of the index of a ball; see also NOTHING and IMPACT
 # Of tip and ball, at DURATION_SPEED [s]: high-speed films, Alciatore (billiards.colostate.edu).
 TIP_DURATION = 1.3e-3
-FOLLOW_THROUGH = 0.15  # m, that players let the cue go on after the strike
 LONGEST_FOLLOW_THROUGH = 1.0  # s: nobody follows through for longer, however slowly
 
 
@@ -35,15 +34,14 @@ class CueParams(NamedTuple):
     interval: float  # s, after which pressed contacts take their normals anew
     on_cloth: bool  # whether the cloth under ball 0 takes part
     moves: bool  # whether bodies move during the impact
-    follows: bool  # whether it follows its stroke, and may hit the ball again
+    # m, that the cue goes on after the strike, and may hit the ball again; 0: it does not
+    follow_through: float
     # Whether a strike with one hit, that reaches only the cloth, keeps the normals of the first
     # touch, see docs/limits.md.
     steady: bool = True
 
 
-NO_CUE = CueParams(
-    *(0.0,) * 3, 0.0, 1.0, 1.0, 0.0, 1.0, 1.0, 1.0, 1.0, 0.0, inf, True, False, False
-)
+NO_CUE = CueParams(*(0.0,) * 3, 0.0, 1.0, 1.0, 0.0, 1.0, 1.0, 1.0, 1.0, 0.0, inf, True, False, 0.0)
 
 
 @record
@@ -67,7 +65,8 @@ class CueRecord:
     # Whether other balls or cushions are so near that they may take part in the strike; afterwards
     # whether they did.
     others: bool
-    status: int  # Status: that of the impact, MISCUE, or why the stroke was refused
+    status: int  # Status: that of the impact, or why the stroke was refused
+    miscue: bool  # the tip still slid when it left the ball
     velocity: Vector3  # m/s, of ball 0 at the end of the strike
     spin: Vector3  # rad/s
     hits: int  # how often the tip met the ball; 0: the table cannot begin
@@ -80,6 +79,6 @@ class CueRecord:
 
 
 @inner
-def follow_through_time(speed: float) -> float:
-    """For how long a cue with a speed [m/s] goes on after its stroke, or recoils [s]."""
-    return FOLLOW_THROUGH / max(abs(speed), FOLLOW_THROUGH / LONGEST_FOLLOW_THROUGH)
+def follow_through_time(distance: float, speed: float) -> float:
+    """For how long a cue with a speed [m/s] goes on for a distance [m], or recoils [s]."""
+    return distance / max(abs(speed), distance / LONGEST_FOLLOW_THROUGH) if distance > 0.0 else 0.0

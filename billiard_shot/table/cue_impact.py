@@ -75,7 +75,7 @@ def set_tip_and_cloth(
 
     """
     tip.friction, tip.restitution, tip.stiffness = q.friction, q.restitution, q.stiffness
-    tip.max_closings = MAX_HITS if q.follows else 1
+    tip.max_closings = MAX_HITS if q.follow_through > 0.0 else 1
     set_cloth(q, cloth)
     contact_axes(n, axis, UP, axes, 0)
     for k in range(3):

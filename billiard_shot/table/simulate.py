@@ -359,6 +359,7 @@ class TableBatch:
     events: NDArray[np.int64]  # (tables,) how many there were
     searches: NDArray[np.int64]  # (tables,) how many contacts were looked for
     cue_hits: NDArray[np.int64]  # (tables,) how often the cue met ball 0 after a strike
+    miscue: NDArray[np.bool_]  # (tables,) the tip still slid when it left ball 0 after a strike
     jaws_met: NDArray[np.int64]  # (tables,) rounded jaws that ball 0 met before another ball
     rest_time: NDArray[np.float64]  # (tables, balls) s since when it rests, or is off the table
     cushions: NDArray[np.int64]  # (tables, balls) straight cushions that each ball met
@@ -438,6 +439,7 @@ class TableBatch:
             'to_cushion': self._listed(self.to_cushion),
             'cushions': self.cushions[:, 0],
             'cue_hits': self.cue_hits,
+            'miscue': self.miscue,
             **places,
         }
 
@@ -449,7 +451,7 @@ class TableBatch:
 
     def __repr__(self) -> str:
         balls = plural(len(self.names), 'ball')
-        return f'TableBatch({balls}, {count_in_words(self.status, "table")})'
+        return f'TableBatch({balls}, {count_in_words(self.status, "table", self.miscue)})'
 
 
 def simulate_batch(
@@ -609,7 +611,7 @@ def joined(parts: list[BatchRecording]) -> BatchRecording:
 
 def batch_of(played: BatchRecording, names: tuple[str, ...]) -> TableBatch:
     """Return simulated tables, whose balls have these names, as people use them."""
-    balls, tables = played.balls, played.tables
+    balls, tables, cues = played.balls, played.tables, played.cues
     return TableBatch(
         names=names,
         final_position=balls['position'],
@@ -621,6 +623,7 @@ def batch_of(played: BatchRecording, names: tuple[str, ...]) -> TableBatch:
         events=tables['events'],
         searches=tables['searches'],
         cue_hits=tables['cue_hits'],
+        miscue=cues['miscue'] if len(cues) else np.zeros(len(tables), np.bool_),
         jaws_met=tables['jaws_met'],
         rest_time=balls['time'],
         cushions=balls['cushions'],

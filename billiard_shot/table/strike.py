@@ -18,7 +18,7 @@ from typing import Any
 from billiard_shot.compiled import inner
 from billiard_shot.impact.state import BALL_BODY, PLANE
 from billiard_shot.numerics.vectors import dot
-from billiard_shot.status import BUDGET_EXCEEDED, INFINITE_SEQUENCE, MISCUE, OK
+from billiard_shot.status import BUDGET_EXCEEDED
 from billiard_shot.table.ball_impact import collide_fixed
 from billiard_shot.table.cluster import (
     first_partner,
@@ -73,7 +73,7 @@ def strike(
         solve_near(table, s, cues, number, room, tolerance, solver=solver)
     if q.steady and not (moving and reaches_others(p, room)):
         solve_steady(table, p, cue, room, solver)
-        moving = q.follows and q.moves and repeats(room)
+        moving = q.follow_through > 0.0 and q.moves and repeats(room)
         if moving:
             solve_near(table, s, cues, number, room, tolerance, solver=solver)
     cue.others = reaches_others(p, room)
@@ -203,8 +203,7 @@ def note_strike(
     outcome, contacts = room.results.outcomes[0], room.results.contacts
     tip, cloth = contacts[TIP_CONTACT], contacts[CLOTH_CONTACT]
     slip = tip.first_slip if moving else tip.final_slip
-    miscue = outcome.status in (OK, INFINITE_SEQUENCE) and slip > MISCUE_SLIP * cue.speed
-    cue.status = MISCUE if miscue else outcome.status
+    cue.status, cue.miscue = outcome.status, slip > MISCUE_SLIP * cue.speed
     cue.phases, cue.steps, cue.contacts = outcome.phases, outcome.steps, p.contacts
     cue.hits = max(tip.closings, 1) if moving else 1
     cue.discontinuity_margin = min(tip.discontinuity_margin, cloth.discontinuity_margin)
@@ -217,4 +216,4 @@ def note_strike(
         if j <= CLOTH_CONTACT:
             cue.losses[2 * j], cue.losses[2 * j + 1] = losses[0], losses[1]
     cue.speed = dot(cue.axis, room.results.bodies[p.members].velocity)
-    cue.end = follow_through_time(cue.speed) if q.follows else 0.0
+    cue.end = follow_through_time(q.follow_through, cue.speed)

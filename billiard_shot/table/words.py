@@ -54,8 +54,9 @@ def plural(number: int, thing: str) -> str:
     return f'{number} {thing}{"s" * (number != 1)}'
 
 
-def count_in_words(statuses: NDArray[np.uint16], thing: str) -> str:
-    """Count things by their status (n,), as in `2000 strokes: 1998 OK, 2 MISCUE`."""
+def count_in_words(statuses: NDArray[np.uint16], thing: str, miscues: NDArray[np.bool_]) -> str:
+    """Count things by their status (n,): `2000 strokes: 1998 OK, 2 OFF_TABLE; 1 miscue`."""
     counts = Counter(statuses.tolist()).most_common()
     listed = ', '.join(f'{count} {Status(status).name}' for status, count in counts)
-    return plural(len(statuses), thing) + (f': {listed}' if listed else '')
+    told = f'; {plural(int(miscues.sum()), "miscue")}' if miscues.any() else ''
+    return plural(len(statuses), thing) + (f': {listed}' if listed else '') + told

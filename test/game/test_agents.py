@@ -3,23 +3,28 @@
 from dataclasses import replace
 from itertools import count
 import json
+import sys
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from billiard_shot import predict, Scene
+from billiard_shot import predict, predict_batch, Scene
 from billiard_shot.cli import main
-from billiard_shot.game import Call, Decision, judge, Outcome, start, State
+from billiard_shot.game import Call, Decision, judge, Outcome, Ruling, start, State
+from billiard_shot.game.agent import simulated
 from billiard_shot.game.agents.greedy import Greedy
 from billiard_shot.game.agents.player import Player
+from billiard_shot.game.batch_outcomes import rule_on, RuledBatch
 from billiard_shot.game.breaks import best_break, break_racks
 from billiard_shot.game.game import find_game
 from billiard_shot.game.ideas import indirect_pots
+from billiard_shot.game.placing import placed
 from billiard_shot.game.rack import play_rack, replayed
 from billiard_shot.game.rack_record import ENDS, RackRecord
 from billiard_shot.game.rating import position_of
 from billiard_shot.game.tournament import agent_names, find_agent, Pairing, play, summary
-from billiard_shot.game.valuation import at_table, SHOT, value, win_probabilities
+from billiard_shot.game.valuation import at_table, SHOT, value, values, win_probabilities
 from billiard_shot.pictures.rack import draw_rack
 
 TABLE = Scene.load('seven_foot')
@@ -43,6 +48,16 @@ def test_a_rack_repeats_and_is_kept_as_data(game):
     assert {shot.end for shot in record.shots} <= {'', *ENDS} - {'illegal'}
     assert record.state['breaker'] == 1
     assert record.shots[0].state['balls'] != play(pairing, 2).shots[0].state['balls']
+
+
+def test_a_rack_records_miscues():
+    def slips(scene, stroke, errors):
+        return replace(simulated(scene, stroke, errors), miscue=True)
+
+    record = play(Pairing('practice', TABLE, ('random',), balls=1, simulator=slips), 0)
+    assert record.shots
+    assert all(shot.miscue for shot in record.shots)
+    assert RackRecord.from_dict(json.loads(json.dumps(record.to_dict()))) == record
 
 
 def test_two_racks_in_turn_are_alike_but_for_the_breaker():
@@ -181,6 +196,36 @@ def test_after_a_push_out_the_other_player_takes_the_better_part():
     own = at_table(chance, find_game('nine_ball'), left)
     assert value(pushed, 0, chance, left) == pytest.approx(np.minimum(own, 1.0 - own))
     assert value(pushed, 1, chance, left) == pytest.approx(np.maximum(own, 1.0 - own))
+
+
+def test_a_scratch_that_restores_the_table_leaves_it_to_the_other_player(monkeypatch):
+    """The 1 falls, and the cue ball after it; both go back, and nobody has the ball in hand."""
+    eight_ball = find_game('eight_ball')
+
+    def rule(state, call, outcome):
+        ruling = eight_ball.rule(state, call, outcome)
+        return replace(ruling, state=replace(ruling.state, in_hand=''), restore=not ruling.legal)
+
+    game = replace(eight_ball, name='games.restoring', rule=rule)
+    monkeypatch.setitem(sys.modules, 'games.restoring', SimpleNamespace(GAME=game))
+    balls = {'cue': (0.6, 0.1), '1': (0.8, 0.3), '8': (-0.6, 0.2), '9': (0.2, -0.3)}
+    state = replace(
+        start('eight_ball', TABLE),
+        game='games.restoring',
+        balls=balls,
+        in_hand='',
+        phase='play',
+        groups=('solids', 'stripes'),
+    )
+    follow = [[0.0, 0.5, 0.1, np.pi / 4, speed] for speed in (1.5, 2.0)]
+    played = predict_batch(replace(TABLE, balls=balls), offsets=follow)
+    assert played.run.pocketed == 2 * ({'1': 'foot_left', 'cue': 'foot_left'},)
+    calls = [Call(ball='1', pocket='foot_left')] * 2
+    scratched = rule_on(state, calls, played.run, np.zeros(2, bool), played.double_hit)
+    same = RuledBatch((Ruling(replace(state, player=1)),), np.zeros(1, int), placed(state))
+    expected = 1.0 - values(TABLE, 1, same)
+    assert 0.0 < expected < 1.0
+    assert values(TABLE, 0, scratched) == pytest.approx(np.repeat(expected, 2), abs=1e-12)
 
 
 def test_without_a_direct_shot_a_combination_is_found():

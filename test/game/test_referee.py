@@ -195,6 +195,19 @@ def test_the_time_of_a_player_is_used_up():
         judge(late.state, Call(), outcome)
 
 
+def test_a_miscue_is_legal_and_recorded():
+    """WPA 8.18; only an intentional one is a foul."""
+    state = replace(EIGHT.with_cue_ball(-0.7, 0.1), phase='play', in_hand='')
+    outcome = Outcome('1', (), (), frozenset({'1'}), miscue=True, places=state.balls)
+    ruling = judge(state, Call(ball='1', pocket='foot_left'), outcome)
+    assert ruling.legal
+    assert ruling.miscue
+    assert ruling == replace(judge(state, shot=replace(outcome, miscue=False)), miscue=True)
+    balls = {'cue': (0.0, 0.0)}
+    shot = predict(replace(TABLE, balls=balls), Stroke.from_offsets(0.8, 0.0, 0.05, 0.0, 2.0))
+    assert outcome_of(shot).miscue
+
+
 def test_a_batch_is_judged_as_each_shot_is():
     state = replace(EIGHT, phase='play', in_hand='').with_cue_ball
     state = replace(EIGHT.with_cue_ball(-0.7, 0.1), phase='play', in_hand='')

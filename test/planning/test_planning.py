@@ -425,6 +425,15 @@ def test_a_time_limit_before_the_first_stroke_says_so():
     assert none.message.startswith('time_limit: the time was up before a stroke was tried')
 
 
+def test_a_miscue_reaches_no_target():
+    scene, noise = table_with(cue=(0.0, 0.0)), NOISES['none']
+    target = target_of(scene, {'rest': (0.0, 0.0), 'radius': 2.0})
+    problem = problem_of(scene, target, limits_of(scene, None, noise), noise)
+    strokes = np.array([(0.2, 0.0, 0.1, 0.0, 1.0), (0.8, 0.0, 0.1, 0.0, 1.0)])
+    outcomes = evaluate_strokes(problem, strokes)
+    assert outcomes.success.tolist() == [True, False]
+
+
 def test_finalists_have_enough_trials_and_their_order_follows_a_rule():
     result = plan('blocked', {'pot': '8'})
     assert all(each.trials >= 400 for each in result.ranking)
@@ -503,6 +512,8 @@ def test_a_stroke_that_does_wrong_without_errors_says_so():
     assert best.warning == ''
     into_a_pocket = Stroke.from_offsets(0.0, 0.0, 0.1, np.arctan2(-0.45, 0.82), 2.0)
     assert "'cue' falls" in replace(best, stroke=into_a_pocket).warning
+    wide = Stroke.from_offsets(0.8, 0.0, 0.1, 3.0, 1.0)
+    assert replace(best, stroke=wide).warning == 'without errors the tip slides on the cue ball'
     aside = Stroke.from_offsets(0.0, 0.0, 0.1, 3.0, 1.0)
     assert replace(best, stroke=aside).warning == 'without errors the target is missed'
     alone = plan('pool', {'rest': (1.0, 0.5)}, budget=1000).best  # a ball on an endless cloth

@@ -138,7 +138,7 @@ def test_strokes_among_near_balls_are_mapped_if_they_reach_none():
     exact = start_strokes(near, strokes, None, coarse=False)
     fast = start_strokes(near, strokes, found, coarse=False)
     assert ((found.number != SOLVED) == (strokes[:, 4] < limit)).all()
-    assert (fast.together == exact.together).all()
+    assert (fast.cues['others'] == exact.cues['others']).all()
     assert (fast.status == exact.status).all()
     wrong = fast.task.starts['velocity'] - exact.task.starts['velocity']
     assert np.abs(wrong).max() < 1e-3

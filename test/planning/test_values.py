@@ -26,7 +26,7 @@ def played(scene, stroke, seed=5):
 
 
 def usable(batch):
-    return (batch.status != Status.MISCUE) & (batch.status < Status.MISS) & ~batch.double_hit
+    return (batch.status < Status.MISS) & ~batch.miscue & ~batch.double_hit
 
 
 def test_the_best_value_is_better_than_that_of_the_surest_pot():

@@ -58,6 +58,9 @@ def test_refusals_are_those_of_exact_strokes():
     assert not refused.all()
     assert (fast.status[refused] == exact.status[refused]).all()
     assert (fast.status[~refused] < Status.MISS).all()
+    assert exact.miscue.any()
+    assert (fast.miscue == exact.miscue).all()
+    assert not exact.miscue[refused].any()
     assert len(np.unique(exact.status)) >= 4
 
 

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from paper import PAPER_SHOTS
 from std_msgs.msg import Header
 
-from billiard_shot import predict, Scene, Status, Stroke
+from billiard_shot import predict, predict_batch, Scene, Status, Stroke
 from billiard_shot.ros import conversions, display
 from billiard_shot.ros.predict_shot import request_of
 from billiard_shot.scene import Effects
@@ -61,6 +61,7 @@ def test_numbers_that_are_not_finite_never_leave():
             name: getattr(shot, name)
             for name in (
                 'status',
+                'miscue',
                 'message',
                 'spin',
                 'cue_speed',
@@ -76,6 +77,20 @@ def test_numbers_that_are_not_finite_never_leave():
     answer = conversions.response_of(broken, 5)
     assert answer.status == Status.INVALID_REQUEST
     assert answer.velocity.x == 0.0
+
+
+def test_answers_tell_miscues():
+    wide = Stroke.from_offsets(0.8, 0.0, 0.02, 0.0, 2.0)
+    shot = predict('pool', wide)
+    answer = conversions.response_of(shot, 2)
+    assert (answer.status, answer.miscue) == (Status.OK, True)
+    batch = conversions.Batch(
+        np.array([wide.normal] * 2),
+        np.array([wide.velocity] * 2),
+        np.array([Status.OK, Status.INVALID_STROKE], np.uint16),
+    )
+    result = predict_batch('pool', batch.normals, batch.velocities)
+    assert conversions.batch_response(batch, result, 0.0).miscues == [True, False]
 
 
 def test_path_stamps_carry_over_seconds():

@@ -79,9 +79,53 @@ def test_it_is_one_of_the_effects():
 
 
 def test_a_cue_that_hardly_moves_is_not_followed_for_ever():
-    assert follow_through_time(1e-9) <= 1.0  # s
-    assert follow_through_time(0.0) <= 1.0
-    assert follow_through_time(-1.0) == follow_through_time(1.0)
+    assert follow_through_time(0.15, 1e-9) <= 1.0  # s
+    assert follow_through_time(0.15, 0.0) <= 1.0
+    assert follow_through_time(0.15, -1.0) == follow_through_time(0.15, 1.0)
+    assert follow_through_time(0.0, 0.0) == 0.0
+
+
+def test_the_cue_goes_on_for_its_follow_through():
+    far = shot(0.1)  # the cue meets the cue ball again after about 0.1 m
+    assert far.double_hit is not None
+    short = dataclasses.replace(far.scene, cue=dataclasses.replace(POOL.cue, follow_through=0.07))
+    assert predict(short, far.stroke).double_hit is None
+    with pytest.raises(ValueError, match=r'follow_through must be .* above 0, got 0'):
+        dataclasses.replace(POOL.cue, follow_through=0)
+
+
+def doubled(scene):
+    """Scene with twice the lengths and gravity: in the same times all goes twice as far."""
+    cue = scene.cue
+    return dataclasses.replace(
+        scene,
+        ball=dataclasses.replace(scene.ball, radius=2 * scene.ball.radius),
+        cue=dataclasses.replace(
+            cue,
+            ferrule_radius=2 * cue.ferrule_radius,
+            length=2 * cue.length,
+            follow_through=2 * cue.follow_through,
+        ),
+        cloth=dataclasses.replace(scene.cloth, gravity=2 * scene.cloth.gravity),
+        balls={name: (2 * x, 2 * y) for name, (x, y) in scene.balls.items()},
+    )
+
+
+@pytest.mark.parametrize('offsets', [(0.0, 0.0, 0.1), (0.1, -0.1, 0.1), (0.05, 0.0, 0.2)])
+@pytest.mark.parametrize('gap', [0.01, 0.1])
+def test_strokes_with_double_hits_scale_with_lengths_and_gravity(offsets, gap):
+    smooth = dataclasses.replace(POOL.contacts.ball_ball, friction_slow=0)  # alike at all speeds
+    scene = dataclasses.replace(
+        POOL,
+        contacts=dataclasses.replace(POOL.contacts, ball_ball=smooth),
+        balls={'cue': (0, 0), 'one': (2 * R + gap, 0)},
+    )
+    one = predict(scene, Stroke.from_offsets(*offsets, azimuth=0, speed=1.5), 1e-6)
+    two = predict(doubled(scene), Stroke.from_offsets(*offsets, azimuth=0, speed=3.0), 2e-6)
+    assert one.double_hit is not None
+    assert two.double_hit == pytest.approx(one.double_hit, rel=1e-9, abs=0.0)
+    for name, place in one.final_position.items():
+        assert two.final_position[name] == pytest.approx(2 * place, abs=1e-8)
 
 
 def test_the_second_hit_pushes_the_ball_and_slows_the_cue():

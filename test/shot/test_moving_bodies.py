@@ -64,7 +64,7 @@ def both(scene, stroke):
     axis = velocity / speed
     run = strike(model, places, axis[np.newaxis], normal[np.newaxis], np.array([speed]), table)
     cue, after = run.cues[0], run.balls[0]
-    assert cue['status'] in (Status.OK, Status.MISCUE)
+    assert cue['status'] == Status.OK
     found = np.concatenate([after['velocity'].ravel(), R * after['spin'].ravel(), [cue['speed']]])
     numbers = np.array([params.response, params.across, *axis])
     tip = places[0] + params.reach * normal
@@ -132,7 +132,7 @@ def test_no_ratio_of_masses_or_stiffnesses_makes_energy(seed):
     axes, normals = directions(rng, 40)
     place, speed = np.array([[0.0, 0.0, ball.radius]]), 10.0 ** rng.uniform(-1.0, 1.0, 40)
     run = strike(model, place, axes, normals, speed)
-    assert np.isin(run.cues['status'], (Status.OK, Status.MISCUE)).all()
+    assert (run.cues['status'] == Status.OK).all()
     energy = 0.5 * model.cue_mass * run.cues['speed'] ** 2
     energy += 0.5 * ball.mass * (run.balls['velocity'] ** 2).sum(axis=(1, 2))
     energy += 0.5 * ball.inertia * (run.balls['spin'] ** 2).sum(axis=(1, 2))

@@ -267,10 +267,11 @@ def test_a_level_stroke_may_point_up_by_rounding():
 
 def test_miscue():
     shot = predict(POOL, Stroke.from_offsets(0.8, 0, 0, 0, 2))
-    assert shot.status == Status.MISCUE
-    assert not shot.status.refused
+    assert shot.miscue
+    assert shot.status == Status.OK
     assert shot.trajectory.duration > 0
-    assert predict(POOL, Stroke.from_offsets(0.3, 0.2, 0.1, 0, 2)).status == Status.OK
+    assert not predict(POOL, Stroke.from_offsets(0.3, 0.2, 0.1, 0, 2)).miscue
+    assert not predict(POOL, Stroke.from_offsets(0.8, 0, -0.1, 0, 2)).miscue  # refused
 
 
 @pytest.mark.parametrize('speed', [0.05, 0.5, 2, 10])

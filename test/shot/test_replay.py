@@ -23,6 +23,7 @@ SHOTS = {
     'elsewhere': predict(
         Scene.load('pool'), Stroke.from_offsets(0.1, 0, 0.1, 2, 1), position=(0.3, -0.1)
     ),
+    'miscue': predict(Scene.load('pool'), Stroke.from_offsets(0.8, 0, 0, 0, 2)),
     'refused': predict(Scene.load('eight_ball'), Stroke.from_offsets(0.9, 0.9, 0, 0, 1)),
     'frozen': predict(FROZEN, Stroke.from_offsets(0.1, 0.1, 0.2, 0.3, 2)),
     'endless': predict(
@@ -68,7 +69,7 @@ def test_everything_comes_back_bit_for_bit(name):
     for field in dataclasses.fields(shot):
         if field.name not in ('scene', 'stroke'):
             assert bits(getattr(back, field.name)) == bits(getattr(shot, field.name)), field.name
-    for derived in ('status', 'message', 'double_hit', 'error_estimate', 'evaluations'):
+    for derived in ('status', 'miscue', 'message', 'double_hit', 'error_estimate', 'evaluations'):
         assert getattr(back, derived) == getattr(shot, derived)
     assert bits(back.impact) == bits(shot.impact)
     assert [e.simulated for e in effects_of(back)] == [e.simulated for e in effects_of(shot)]
@@ -149,7 +150,7 @@ def test_files(tmp_path):
     ('change', 'text'),
     [
         (lambda data: data.update(format='x'), "format must be 'billiard_shot shot'"),
-        (lambda data: data.update(version=99), 'version must be 1, got 99'),
+        (lambda data: data.update(version=99), 'version must be 2, got 99'),
         (lambda data: data.pop('strike'), 'incomplete or damaged'),
         (lambda data: data['strike'].pop('spin'), "incomplete or damaged: KeyError 'spin'"),
         (

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from billiard_shot import predict, Scene, simulate, Status, Stroke
+from billiard_shot import predict, predict_batch, Scene, simulate, Status, Stroke
 from billiard_shot.shot import story
 from billiard_shot.shot.play import HOPS, HOPS_BEFORE_CUSHIONS
 from billiard_shot.shot.predict import DEFAULT_SHOT_TOLERANCE
@@ -15,6 +15,7 @@ from billiard_shot.table.trajectory import BallState, EventKind
 
 POOL = Scene.load('pool_table')
 R = POOL.ball.radius
+MISCUE = 'a miscue: the tip still slid when it left the ball'
 
 
 def scene_of(**balls):
@@ -151,8 +152,17 @@ def test_the_elevation_is_for_the_place_of_the_ball():
 
 def test_a_miscue_says_why():
     shot = predict('pool', Stroke.from_offsets(b=0.9, speed=2))
-    assert shot.status == Status.MISCUE
-    assert shot.message.startswith('the tip still slid when it left the ball; at rest after ')
+    assert shot.status == Status.OK
+    assert shot.message.startswith(f'{MISCUE}; at rest after ')
+
+
+def test_a_miscue_does_not_hide_how_the_run_ends():
+    scene = Scene.from_dict({'like': 'pool', 'effects': {'roll': 'off'}})
+    shot = predict(scene, Stroke.from_offsets(0.85, 0, 0.02, 0, 2))
+    assert shot.status == Status.NEVER_RESTS
+    assert shot.message.startswith('nothing stops the ball: ')
+    assert shot.message.endswith(f'; {MISCUE}')
+    assert f' mm until {shot.trajectory.duration:.3g} s' in str(shot).splitlines()[-1]
 
 
 def test_a_number_keeps_its_unit():
@@ -222,10 +232,19 @@ def test_a_refused_shot_overwrites_no_page(tmp_path):
     assert page.read_text() == 'kept'
 
 
+def test_batches_count_and_list_miscues():
+    pytest.importorskip('pandas')
+    strokes = [(offset, 0.0, 0.02, 0.0, 2.0) for offset in (0.0, 0.8, 0.9)]
+    batch = predict_batch('pool', offsets=strokes)
+    assert repr(batch) == 'BatchResult(3 strokes: 3 OK; 2 miscues)'
+    assert repr(batch.run) == 'TableBatch(1 ball, 3 tables: 3 OK; 2 miscues)'
+    shots = [predict('pool', Stroke.from_offsets(*stroke)) for stroke in strokes]
+    assert batch.miscue.tolist() == [shot.miscue for shot in shots] == [False, True, True]
+    assert batch.to_frame()['miscue'].tolist() == batch.miscue.tolist()
+
+
 def test_tables_for_pandas():
     pytest.importorskip('pandas', reason='needs pandas, an extra')
-    from billiard_shot import predict_batch
-
     shot = straight_at_pocket(follow=True)
     frame = shot.to_frame()
     assert frame['time'].tolist() == [event.time for event in shot.events]

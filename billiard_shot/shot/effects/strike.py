@@ -68,7 +68,7 @@ class DoubleHit(EffectGate[ShotContext]):
 
     name = 'double_hit'
     condition = 'the cue, following through, hits the ball again'
-    overrides: ClassVar = {OFF: {'follows': False}}
+    overrides: ClassVar = {OFF: {'follow_through': 0.0}}
 
     def evaluate(self, context: ShotContext) -> GateDecision:
         """See how the ball moves, and how fast the cue follows."""
