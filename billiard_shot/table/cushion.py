@@ -52,6 +52,15 @@ def normal_at(table: TableModel, ball: BallRecord, feature: int) -> tuple[float,
 
 
 @inner
+def direction_to(table: TableModel, ball: BallRecord, feature: int) -> tuple[float, float, float]:
+    """Find the unit vector to a ball from an edge that it touches, or that it is pressed into."""
+    x, y, away = direction_from(table, ball, feature)
+    up = ball.position[2] - table.numbers.nose_height
+    size = math.sqrt(away * away + up * up)
+    return away * x / size, away * y / size, up / size
+
+
+@inner
 def shift_to_touch(
     table: TableModel, ball: BallRecord, feature: int, z: float
 ) -> tuple[float, float, float]:

@@ -16,6 +16,7 @@ from billiard_shot.table.cue import THE_CUE
 from billiard_shot.table.cushion import (
     advance_free,
     collide_cushion,
+    direction_to,
     next_nose,
     normal_at,
     press,
@@ -234,6 +235,8 @@ def meet_edge(table: TableModel, s: Simulation, ball: BallRecord, feature: int) 
         ball.position[0] += p
         ball.position[1] += q
     if slow:
+        x, y, z = direction_to(table, ball, feature)  # also if it flies, and is in the edge
+        approach = -(ball.velocity[0] * x + ball.velocity[1] * y + ball.velocity[2] * z)
         if approach > 0.0:  # else an impact, which ends here, lets the ball leave the edge
             collide_fixed(table.params, ball, x, y, z, 0.0, friction=n.cushion_friction)
             if lies:

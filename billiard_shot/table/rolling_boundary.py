@@ -110,6 +110,21 @@ def approach_to_nose(n: TableNumbers, nose: int, ball: BallRecord) -> tuple[floa
     return n.centre_half_width - sign * p[1], sign * v[1], 0.5 * sign * a[1]
 
 
+@inner
+def reach_nose(n: TableNumbers, nose: int, ball: BallRecord) -> float:
+    """
+    Time from now until a lying ball meets the line of a nose, or inf.
+
+    A ball that is in the nose, because another one ended its contact, meets it if it does not
+    leave it.
+    """
+    gap, speed, half = approach_to_nose(n, nose, ball)
+    if gap <= -DEPTH_IN_MOUTH and beside_nose(n, nose, ball.position[0], ball.position[1]):
+        leaves = speed < -MIN_CLOSING_SPEED and speed * speed + 4.0 * half * gap > 0.0
+        gap = gap if leaves else 0.0
+    return crossing_time(gap, speed, half)
+
+
 @innermost
 def may_enter(
     pocket: PocketGeometry, low_x: float, high_x: float, low_y: float, high_y: float
@@ -173,12 +188,7 @@ def next_rolling_boundary(table: TableModel, ball: BallRecord) -> tuple[float, i
     if vx == 0.0 and vy == 0.0 and ax == 0.0 and ay == 0.0:
         return math.inf, feature, searched
     for nose in range(4):
-        gap, speed, half = approach_to_nose(n, nose, ball)
-        t = crossing_time(gap, speed, half)
-        if (
-            gap <= -DEPTH_IN_MOUTH and speed > MIN_CLOSING_SPEED
-        ):  # met by a ball while it pressed the nose
-            t = 0.0
+        t = reach_nose(n, nose, ball)
         if t < end and beside_nose(
             n, nose, px + (vx + 0.5 * ax * t) * t, py + (vy + 0.5 * ay * t) * t
         ):

@@ -7,7 +7,7 @@ import pytest
 from tables import ENDLESS, play, POOL, R, rolling, scene_with, state, state_after
 from test_clusters import SMOOTH
 
-from billiard_shot import predict_batch, Scene, Stroke
+from billiard_shot import predict, predict_batch, Scene, Stroke
 from billiard_shot.compiled import Entry
 from billiard_shot.status import Status
 from billiard_shot.table import event_loop
@@ -148,6 +148,32 @@ def test_into_a_corner_between_cushion_and_ball():
         run = play(POOL, cue=rolling(*start, -2 * x, -2 * y), one=state(*place))
         check(run)
         assert run.final_position['one'][0] <= 1.27 - reach + 1e-9 or 'one' in run.pocketed
+
+
+def test_a_hopping_ball_between_a_nose_and_a_ball_leaves_them():
+    """The ball ends its contact with the nose; the cue ball is in the nose, and rises along it."""
+    balls = {
+        'cue': (1.2419946, 0.1579614),
+        '1': (1.1959333, 0.1241159),
+        '2': (1.1906764, 0.1847209),
+    }
+    scene = Scene.from_dict({'like': 'robot_table', 'balls': balls})
+    run = predict(scene, Stroke.from_offsets(0.31, -0.87, 0.18, azimuth=-1.51, speed=0.52)).run
+    assert run.status == Status.OK
+    assert len(run.events) < 50
+
+
+def test_a_ball_that_others_hold_in_a_nose_does_not_pass_through_it():
+    """Two balls end its contacts with the nose, and then its spin drives it on."""
+    run = play(
+        POOL,
+        cue=state(1.2407, 0.1919, (2.373, -1.289, 0), (96, 95, 49)),
+        one=state(1.2028, 0.1466, (1.269, 2.682, 0), (13.6, 49.1, 72.9)),
+        two=state(1.2164, 0.2438, (0.0527, -0.0466, 0), (-3.7, -2.6, 1.9)),
+    )
+    check(run)
+    places = run.balls['cue'].at(np.linspace(0, 1, 1000)).position
+    assert places[:, 0].max() < 1.245
 
 
 @pytest.mark.parametrize('exponent', [1.0, 1.5])
