@@ -98,6 +98,8 @@ def integrate(
             return end(m, contacts, ws, p, log, p.status)
         event = first_event(m, contacts, ws, step, p.speed)
         take_step(m, contacts, ws, p, step, event)
+        if m.interval < inf and not some_turn(contacts):
+            p.next_turn = p.time + m.interval  # the next contact that closes begins an interval
         if event.kind != NO_EVENT:
             apply_event(m, contacts, ws, p, log, event)
         if is_over(contacts):

@@ -49,8 +49,8 @@ def predict(
     stroke : Stroke
         Where the cue hits the ball, and how it moves.
     tolerance : float
-        Largest error of the trajectory [m], above 0; up to the first impact with another ball, or
-        until the cue hits the ball again.
+        Largest error of the trajectory [m], above 0; from the end of the strike up to the first
+        impact with another ball, or to a later hit of the cue.
     position : (2,) or (3,) array_like, optional
         Where the cue ball lies on the cloth (x, y) [m]; by default where the scene has it. A third
         number, its height, must be 0 or the radius.

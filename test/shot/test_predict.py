@@ -8,6 +8,7 @@ import pytest
 
 from billiard_shot import (
     effects_of,
+    EventKind,
     predict,
     predict_batch,
     Scene,
@@ -280,8 +281,9 @@ def test_the_error_estimate_holds(speed, tolerance):
         stroke = Stroke.from_offsets(*offsets, speed)
         rough, exact = predict(POOL, stroke, tolerance), predict(POOL, stroke, 1e-12)
         assert rough.error_estimate <= tolerance
-        hits = [shot.double_hit for shot in (rough, exact) if shot.double_hit]
-        until = min([exact.trajectory.duration * 1.01, *hits])  # it holds until the cue hits again
+        events = rough.events + exact.events
+        hits = [event.time for event in events if event.kind == EventKind.CUE]
+        until = min([exact.trajectory.duration * 1.01, *hits])  # it holds until a later hit
         t = np.linspace(0, until, 1000, endpoint=False)
         gap = np.linalg.norm(
             rough.trajectory.at(t).position - exact.trajectory.at(t).position, axis=1

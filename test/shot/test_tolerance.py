@@ -35,6 +35,24 @@ def test_errors_keep_to_their_estimates_and_tolerances(name):
     assert np.mean(within, axis=0).min() >= 0.99
 
 
+def test_errors_keep_to_their_estimates_after_a_second_hit_within_the_strike():
+    scene, rng = Scene.load('pool'), np.random.default_rng(3)
+    twice = 0
+    for _ in range(60):
+        a, b = rng.uniform(-0.4, 0.4, 2)
+        speed = np.exp(rng.uniform(np.log(0.3), np.log(6.0)))
+        stroke = Stroke.from_offsets(
+            a, b, np.radians(rng.uniform(35.0, 75.0)), rng.uniform(-3.0, 3.0), speed
+        )
+        exact = predict(scene, stroke, 1e-9)
+        twice += exact.double_hit == 0.0
+        for tolerance in (1e-4, 1e-6):
+            shot = predict(scene, stroke, tolerance)
+            error = gap(shot.trajectory, exact.trajectory)
+            assert error <= shot.error_estimate + exact.error_estimate, stroke
+    assert twice > 20
+
+
 def elevated_stroke(rng):
     """Stroke with an elevation of 2 to 25 degrees at 0.5 to 6 m/s; place of the ball."""
     a, b = rng.uniform(-0.5, 0.5, 2)
