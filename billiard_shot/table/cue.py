@@ -36,9 +36,6 @@ class CueParams(NamedTuple):
     on_cloth: bool  # whether the cloth under ball 0 takes part
     moves: bool  # whether bodies move during the impact
     follows: bool  # whether it follows its stroke, and may hit the ball again
-    # Whether a strike with one hit, that reaches only the cloth, keeps the normals of the first
-    # touch, see docs/limits.md.
-    steady: bool = True
 
 
 NO_CUE = CueParams(
