@@ -62,22 +62,41 @@ def strike(
     """
     Let the cue of a table strike ball 0; `solver`: the function `solve_collisions`.
 
-    If others are near, it is solved more accurately: each of their contacts magnifies errors.
+    If others are near, they take part at first. If the ball does not reach them, it is alone.
     """
     p, q, cue = s.progress, table.cue, cues[number]
-    moves = q.moves and q.follows
-    moving = moves or cue.others
-    defer_to_cluster(s, 0.0, 0, THE_CUE, q.neighbour_reach)
+    moving, reach, tolerance = cue.others, q.neighbour_reach, CUE_IMPACT_TOLERANCE
     if moving:
-        gather(table, s, cues, number, room)
-        p.tolerance = min(cue.tolerance, CUE_IMPACT_TOLERANCE) if cue.others else cue.tolerance
-        solve_bodies(table.params, p, room, q.moves, q.interval, solver)
-    if not moves and not (moving and reaches_others(p, room)):
-        moving = False
-        solve_steady(table, p, cue, room, solver)
-    cue.others = reaches_others(p, room)
+        solve_moving(table, s, cues, number, room, reach, tolerance=tolerance, solver=solver)
+    cue.others = moving and reaches_others(p, room)
+    if not cue.others:
+        moving = q.moves and q.follows
+        if moving:
+            reach, tolerance = -table.params.radius, cue.tolerance
+            solve_moving(table, s, cues, number, room, reach, tolerance=tolerance, solver=solver)
+        else:
+            defer_to_cluster(s, 0.0, 0, THE_CUE, 0.0)
+            solve_steady(table, p, cue, room, solver)
     end_strike(table, s, cue, room, moving)
     p.pending = p.strikes = cue.strikes = False
+
+
+@inner
+def solve_moving(
+    table: TableModel,
+    s: Simulation,
+    cues: list[CueRecord],
+    number: int,
+    room: ImpactRoom,
+    reach: float,
+    tolerance: float,
+    solver: Any,
+) -> None:
+    """Solve a strike as an impact of all bodies within reach [m]."""
+    defer_to_cluster(s, 0.0, 0, THE_CUE, reach)
+    gather(table, s, cues, number, room)
+    s.progress.tolerance = tolerance
+    solve_bodies(table.params, s.progress, room, table.cue.moves, table.cue.interval, solver)
 
 
 @inner
