@@ -277,7 +277,9 @@ def take_step(
         if m.moves:
             advance_motion(m.bodies, contacts, ws, step.scale, step.order, event.x)
         p.time += step.scale * event.x
-        is_slow = p.steps_since_event > METHOD_OPTIONS.slow_steps and not m.planar
+        is_slow = (
+            m.interval < inf and p.steps_since_event > METHOD_OPTIONS.slow_steps and not m.planar
+        )
         length = max(step.scale, METHOD_OPTIONS.outlook) if is_slow else step.scale
         for j in range(len(contacts)):
             c = contacts[j]

@@ -73,8 +73,9 @@ class Options(NamedTuple):
         A slip is stiff, and needs implicit steps, if it is below this fraction of the change that
         friction can cause within the step.
     slow_steps, outlook : int, float
-        After so many steps without an event a slip is stiff, too, if it were in a step of this
-        length: explicit steps stay as short as such a slip.
+        If normals move: after so many steps without an event a slip is stiff, too, if it were in
+        a step of this length. A new normal can leave a slip that explicit steps would follow in
+        thousands of steps.
     implicit_cost : int
         An implicit step with n stiff contacts counts as 1 + `implicit_cost` n^2 steps.
     implicit_factor : float
