@@ -2,6 +2,8 @@
 Run the tests of the nodes again and again, every other time with all cores busy: `make soak`.
 
     python test/ros/soak.py [RUNS] [ARGUMENTS FOR PYTEST...]
+
+Then the robot is attacked: 50 trials of each attack in `test_attacks.py`.
 """
 
 from collections.abc import Iterator
@@ -15,6 +17,8 @@ ROOT = Path(__file__).resolve().parents[2]
 LOGS = ROOT / 'log'
 HOW = ['-n', '3', '--dist', 'loadgroup', '--no-loadscope-reorder', '-m', 'ros', 'test/ros']
 """As in `make test`."""
+ATTACKS = ['-n', '2', '--dist', 'loadgroup', 'test/ros/test_attacks.py']
+TRIALS = 50
 
 
 @contextlib.contextmanager
@@ -29,27 +33,32 @@ def busy_cores(count: int) -> Iterator[None]:
             loop.wait()
 
 
+def outcome_of(arguments: list[str], log: Path, what: str, trials: int = 0) -> bool:
+    """Run tests, and say how they ended; return whether all passed."""
+    with log.open('w') as file:
+        code = subprocess.run(
+            [sys.executable, '-m', 'pytest', *arguments],
+            cwd=ROOT,
+            env={**os.environ, 'TRIALS': str(trials)},
+            stdout=file,
+            stderr=subprocess.STDOUT,
+            check=False,
+        ).returncode
+    where = f' ({log})' if code else ''
+    print(f'{what}: {log.read_text().splitlines()[-1]}{where}', flush=True)
+    return code == 0
+
+
 def main(runs: str = '20', *arguments: str) -> None:
     """Run, say how every run ended, and exit with the number of runs that failed."""
     LOGS.mkdir(exist_ok=True)
     failures = 0
     for run in range(1, int(runs) + 1):
-        log = LOGS / f'soak-{run}.log'
-        cores = 0 if run % 2 else os.cpu_count()
-        with busy_cores(cores), log.open('w') as file:
-            code = subprocess.run(
-                [sys.executable, '-m', 'pytest', *HOW, *arguments],
-                cwd=ROOT,
-                stdout=file,
-                stderr=subprocess.STDOUT,
-                check=False,
-            ).returncode
-        failures += code != 0
-        print(
-            f'run {run} of {runs}, {cores} cores busy: {log.read_text().splitlines()[-1]}'
-            + (f' ({log})' if code else ''),
-            flush=True,
-        )
+        cores = 0 if run % 2 else os.cpu_count() or 1
+        with busy_cores(cores):
+            what = f'run {run} of {runs}, {cores} cores busy'
+            failures += not outcome_of([*HOW, *arguments], LOGS / f'soak-{run}.log', what)
+    failures += not outcome_of(ATTACKS, LOGS / 'attacks.log', f'attacks, {TRIALS} trials', TRIALS)
     sys.exit(failures)
 
 
