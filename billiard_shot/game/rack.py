@@ -9,6 +9,7 @@ import numpy as np
 
 from billiard_shot.game.agent import Agent, scene_of, simulated, Simulator
 from billiard_shot.game.call import Decision
+from billiard_shot.game.checks import illegal
 from billiard_shot.game.rack_record import PlayedShot, RackRecord
 from billiard_shot.game.referee import choose, concede, judge
 from billiard_shot.game.ruling import Ruling
@@ -132,8 +133,8 @@ def _decision(agent: Agent, state: State) -> tuple[State, Decision, str]:
             return state, Decision(), f'the cue ball must be {why}, got {(x, y)} (m)'
         state = state.with_cue_ball(x, y)
     decision = agent.decide(state)
-    if decision.choice not in (state.choices or ('',)):
-        return state, Decision(), f'{decision.choice!r} is not a choice'
+    if why := illegal(state, decision):
+        return state, Decision(), why
     return state, decision, ''
 
 

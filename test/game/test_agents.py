@@ -85,7 +85,8 @@ class Illegal:
         return self.answer.get('place', (-0.8, 0.0))
 
     def decide(self, state):
-        return Decision(choice=self.answer.get('choice', ''))
+        call = Call(self.answer.get('ball'))
+        return Decision(call=call, choice=self.answer.get('choice', ''))
 
     def saw(self, state, decision, ruling):
         pass
@@ -93,7 +94,12 @@ class Illegal:
 
 @pytest.mark.parametrize(
     ('answer', 'end'),
-    [({'place': (0.3, 0.0)}, 'illegal'), ({'choice': 'pass'}, 'illegal'), ({}, 'no shot')],
+    [
+        ({'place': (0.3, 0.0)}, 'illegal'),
+        ({'choice': 'pass'}, 'illegal'),
+        ({'ball': '99'}, 'illegal'),
+        ({}, 'no shot'),
+    ],
 )
 def test_an_illegal_move_loses_the_rack(answer, end):
     state = start('nine_ball', TABLE)
