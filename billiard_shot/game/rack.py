@@ -1,7 +1,7 @@
 """Plays a rack: agents decide, a simulator plays their strokes, the referee rules."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from time import perf_counter, process_time
 from typing import NamedTuple
 
@@ -50,16 +50,25 @@ def play_rack(
     simulator : Simulator
 
     """
-    shots: list[PlayedShot] = []
-    while not state.over and len(shots) < MAX_SHOTS:
-        agent, errors = agents[state.player], errors_of(seed, number, state)
+    record = RackRecord(state.game, number, seed, tuple(names), (), state.to_dict())
+    return [record, *play_on(record, scene, agents, simulator)][-1]
+
+
+def play_on(
+    record: RackRecord, scene: Scene, agents: Sequence[Agent], simulator: Simulator = simulated
+) -> Iterator[RackRecord]:
+    """Play a rack that has begun to its end; yield its record after each decision."""
+    state = State.from_dict(record.state)
+    while not state.over and len(record.shots) < MAX_SHOTS:
+        agent, errors = agents[state.player], errors_of(record.seed, record.number, state)
         seen, decision, ruling, times = take_shot(state, scene, agent, errors, simulator)
         if not decision.choice:
             for each in agents:
                 each.saw(seen, decision, ruling)
-        shots.append(_record(seen, decision, ruling, times))
         state = ruling.state
-    return RackRecord(state.game, number, seed, tuple(names), tuple(shots), state.to_dict())
+        shots = *record.shots, _record(seen, decision, ruling, times)
+        record = replace(record, shots=shots, state=state.to_dict())
+        yield record
 
 
 class Taken(NamedTuple):
