@@ -307,19 +307,6 @@ def test_a_tournament_is_resumed(tmp_path, capsys):
     assert 'of game, players and seed' in capsys.readouterr().err
 
 
-def test_a_person_plays_and_the_rack_becomes_pages(tmp_path, capsys, monkeypatch):
-    answers = iter(['x', '9 9', '-0.4 0.1', '?', '99', '0 0 8 20 2.0', '0', '0', '0'] + ['0'] * 20)
-    monkeypatch.setattr('builtins.input', lambda prompt: next(answers))
-    words = ['play', 'practice', '--balls', '1', '--scene', 'seven_foot', '--players', 'person']
-    assert main([*words, '--pages', str(tmp_path / 'rack')]) == 0
-    out = capsys.readouterr().out
-    assert 'X Y must be 2 numbers' in out
-    assert 'must be at x ' in out
-    assert 'index.html' in out
-    assert (tmp_path / 'rack' / 'shot-01.html').stat().st_size > 10_000
-    assert 'practice, rack 0' in (tmp_path / 'rack' / 'index.html').read_text()
-
-
 def test_a_rack_is_drawn_with_a_panel_for_each_stroke(tmp_path):
     record = play(Pairing('practice', TABLE, ('greedy',), seed=2, balls=2), 0)
     assert 1 <= len(record.shots) <= 2
