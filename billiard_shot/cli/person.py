@@ -12,7 +12,6 @@ from billiard_shot.game.placing import listed_shots
 from billiard_shot.game.ruling import Ruling
 from billiard_shot.game.state import CHOICES, State
 from billiard_shot.game.typed import (
-    CONFIRM_HELP,
     PLACE_HELP,
     read_choice,
     read_confirmation,
@@ -91,7 +90,8 @@ def _ask(prompt: str, help_text: str, read: Callable[[str], T]) -> T:
 
 def _holds(what: str, does: str) -> bool:
     """Ask whether what was typed holds."""
-    return _ask(f'{what}; Enter {does}, u takes it back: ', CONFIRM_HELP, read_confirmation)
+    choice = f'Enter {does}, u takes it back'
+    return _ask(f'{what}; {choice}: ', choice, read_confirmation)
 
 
 def _show(state: State) -> None:

@@ -74,8 +74,8 @@ class RackRecord:
         try:
             record = cls.from_dict(json.loads(path.read_text(encoding='utf-8')))
             State.from_dict(record.state)
-        except (KeyError, TypeError) as error:
-            raise ValueError(f'{path} is not the record of a rack: {error!r}') from None
+        except (KeyError, TypeError):
+            raise ValueError(f'{path}: must be the record of a rack') from None
         except (OSError, ValueError) as error:
             raise ValueError(f'{path}: {reason(error)}') from None
         return record

@@ -32,10 +32,8 @@ A B ELEVATION AZIMUTH SPEED [BALL POCKET]
 safe ..., push ...     one of these as a safety, as a push-out
 ?                      this text
 Ctrl+C                 ends the game
-Without ELEVATION, or with - for it, the cue is as low as it can be in spite of your errors.
+If ELEVATION is left out, or is -, the cue is raised as far as clearance and your errors need.
 AZIMUTH 0 points to the foot, 90 to the left side. B above 0 makes follow, below 0 draw."""
-
-CONFIRM_HELP = 'Press Enter to go on, or type u and Enter to take it back.'
 
 OUTCOME_HELP = """\
 met BALL, cushion BALL ..., BALL POCKET, double     such as: met 3, cushion 3 cue, 3 foot_left
@@ -81,7 +79,7 @@ def read_shot(line: str, scene: Scene, state: State, listed: Sequence[ListedShot
             if float(number) not in range(len(listed)):
                 allowed = f'0 to {len(listed) - 1}' if listed else 'a shot'
                 raise refused(number, f'{allowed} in the list', 'N')
-            shot = listed[int(number)].call
+            shot = listed[int(float(number))].call
             call, stroke = _aimed(shot.ball or '', [shot.pocket, *rest], scene, state, listed)
         case [number, *rest] if _is_number(number) and len(rest) in (4, 6):
             call, stroke = _stated(words, scene, state)

@@ -165,7 +165,7 @@ def test_two_persons_are_told_who_is_next(types):
         ('straight_pool', {'scores': (3, 5)}, 'you play any ball; 3 : 5 of 150 points'),
     ],
 )
-def test_balls_are_named_in_the_words_of_the_game(game, fields, words, types, monkeypatch, capsys):
+def test_balls_are_named_in_the_words_of_the_game(game, fields, words, monkeypatch, capsys):
     state = start(game, TABLE, seed=5).with_cue_ball(-0.6, 0.1)
     state = replace(state, **{'phase': 'play', 'in_hand': ''} | fields)
     monkeypatch.setattr('sys.stdin', io.StringIO(''))

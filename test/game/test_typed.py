@@ -41,6 +41,7 @@ def test_a_shot_of_the_list():
     assert chances == sorted(chances, reverse=True)
     chosen = LISTED[1]
     found = shot('1')
+    assert shot('1e0').stroke == found.stroke
     assert found.call == chosen.call
     assert found.stroke.offsets[3:] == pytest.approx((chosen.azimuth, chosen.speed), abs=1e-9)
     assert found.reason == f'{chosen.call.ball} to {chosen.call.pocket}'
