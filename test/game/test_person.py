@@ -29,7 +29,7 @@ def types(monkeypatch, capsys):
 
     def run(command, text):
         monkeypatch.setattr('sys.stdin', io.StringIO(text))
-        code = main(command.split() if isinstance(command, str) else command)
+        code = main(command.split())
         return code, *capsys.readouterr()
 
     return run
@@ -39,7 +39,7 @@ def test_wrong_lines_are_asked_again_and_never_fouls(types, tmp_path):
     file = tmp_path / 'game.json'
     wrong = ['?', '', 'abc', '99', 'corner', '0 0 1 20 2', '0 0 - 20 99', 'aim 7 3', 'push 0', 'u']
     lines = ['?', 'x', '9 9', '-0.4 0.1', '', *wrong, '0', '']
-    code, out, err = types([*PRACTICE.split(), '--state', str(file)], '\n'.join(lines) + '\n')
+    code, out, err = types(f'{PRACTICE} --state {file}', '\n'.join(lines) + '\n')
     assert code == INTERRUPTED
     for sentence in (
         'X Y                    place the cue ball (m)',
@@ -64,7 +64,7 @@ def test_wrong_lines_are_asked_again_and_never_fouls(types, tmp_path):
 def test_a_typed_shot_and_a_place_are_taken_back(types, tmp_path):
     file = tmp_path / 'game.json'
     lines = '0.4 0.1\nu\n-0.4 0.1\n\naim 1 2\nu\n0 0.1 - 30 1.5\nno\n\n'
-    code, out, _ = types([*PRACTICE.split(), '--state', str(file)], lines)
+    code, out, _ = types(f'{PRACTICE} --state {file}', lines)
     assert (code, out.count('u takes it back')) == (0, 5)
     assert "'no' is neither Enter nor u" in out
     (shot,) = RackRecord.load(file).shots
