@@ -58,7 +58,7 @@ def test_a_ball_and_a_pocket_are_the_shot_of_the_list():
 
 
 def test_a_ball_is_aimed_at_whose_shot_is_not_in_the_list():
-    """Of the other game the list is empty; the throw is not corrected then."""
+    """The line is that of the geometry then: without throw."""
     aimed = read_shot('aim 9 foot_right 3', SCENE, STATE, [])
     assert aimed.call == Call('9', 'foot_right')
     expected = Stroke.at(SCENE, '9', speed=3.0, pocket='foot_right')
@@ -85,7 +85,7 @@ def test_any_stroke_with_a_call():
 
 @pytest.mark.parametrize('x', [0.0, -1.2])
 def test_the_cue_is_as_low_as_errors_allow(x):
-    """With a cushion behind the cue ball or not: the noise makes no stroke unplayable."""
+    """Far from cushions and next to one, the noise makes no stroke unplayable."""
     scene = replace(SCENE, balls={'cue': (x, 0.0), '1': (0.3, 0.1)})
     state = replace(STATE, balls=scene.balls)
     free = shot('0 0 - 0 2', scene, state).stroke
