@@ -74,7 +74,7 @@ class RackRecord:
         try:
             record = cls.from_dict(json.loads(path.read_text(encoding='utf-8')))
             State.from_dict(record.state)
-        except (KeyError, TypeError):
+        except (KeyError, TypeError, json.JSONDecodeError, UnicodeDecodeError):
             raise ValueError(f'{path}: must be the record of a rack') from None
         except (OSError, ValueError) as error:
             raise ValueError(f'{path}: {reason(error)}') from None
