@@ -45,7 +45,7 @@ STUDIES = {
     'figures': 'draw the figures of the documentation',
 }
 PICTURES = ('picture', 'history', 'close_up')  # options that name a file to draw
-FILES = (*PICTURES, 'output', 'view', 'video')  # options that name a file to write
+FILES = (*PICTURES, 'output', 'view', 'video', 'state')  # options that name a file to write
 DRAWN = ('.png', '.svg', '.pdf', '.jpg')  # files that pictures are written to
 
 

@@ -1,15 +1,26 @@
 """A person at the terminal, as a player."""
 
 from collections.abc import Callable
+import math
 from typing import TypeVar
 
 from billiard_shot import Scene
 from billiard_shot.game.agent import scene_of
 from billiard_shot.game.call import Decision
-from billiard_shot.game.placing import call_of, direct_shots
+from billiard_shot.game.game import find_game
+from billiard_shot.game.placing import listed_shots
 from billiard_shot.game.ruling import Ruling
-from billiard_shot.game.state import State
-from billiard_shot.game.typed import read_choice, read_place, read_shot, SHOT_HELP
+from billiard_shot.game.state import CHOICES, State
+from billiard_shot.game.typed import (
+    PLACE_HELP,
+    read_choice,
+    read_confirmation,
+    read_place,
+    read_shot,
+    SHOT_HELP,
+)
+from billiard_shot.pictures.table_text import table_text
+from billiard_shot.shot.stroke import Stroke
 
 T = TypeVar('T')
 
@@ -32,24 +43,36 @@ class Person:
     def place(self, state: State) -> tuple[float, float]:
         """Ask until the place is allowed."""
         _show(state)
-        prompt = f'cue ball in hand ({state.in_hand}), x y (m): '
-        return _ask(prompt, 'two numbers, such as -0.8 0.1', lambda line: read_place(line, state))
+        where = 'behind the head string' if state.in_hand == 'kitchen' else 'anywhere'
+        prompt = f'cue ball in hand, {where}: x y (m), or ? for help: '
+        while True:
+            x, y = _ask(prompt, PLACE_HELP, lambda line: read_place(line, state))
+            if _holds(f'cue ball at ({x:g}, {y:g})', 'keeps it there'):
+                return x, y
 
     def decide(self, state: State) -> Decision:
-        """Ask until there is a choice, or a stroke that can be read."""
-        if state.choices:
-            choices = ' or '.join(state.choices)
-            return _ask(f'{choices}: ', choices, lambda line: read_choice(line, state))
+        """Ask until there is a choice, or a stroke that can be played."""
         _show(state)
-        direct = direct_shots(scene_of(self._scene, state), state)
-        for number in range(len(direct)):
-            call, chance = call_of(direct, number), 100.0 * direct.chance[number]
-            print(f'{number:3}  {call.ball} to {call.pocket}, chance {chance:.0f} %')
-        return _ask('shot (? for help): ', SHOT_HELP, lambda line: read_shot(line, state, direct))
+        if state.choices:
+            choices = '\n'.join(f'{each:10} {CHOICES[each]}' for each in state.choices)
+            print(choices)
+            prompt = f'{" or ".join(state.choices)}: '
+            return _ask(prompt, choices, lambda line: read_choice(line, state))
+        scene = scene_of(self._scene, state)
+        listed = listed_shots(scene, state)
+        for number, shot in enumerate(listed):
+            chance = 100.0 * shot.chance
+            print(f'{number:3}  {shot.call.ball} to {shot.call.pocket}, chance {chance:.0f} %')
+        if not listed and find_game(state.game).pockets:
+            print('no ball goes straight into a pocket')
+        prompt = 'your shot, or ? for help: '
+        while True:
+            decision = _ask(prompt, SHOT_HELP, lambda line: read_shot(line, scene, state, listed))
+            if decision.stroke and _holds(_in_words(decision, decision.stroke), 'plays it'):
+                return decision
 
     def saw(self, state: State, decision: Decision, ruling: Ruling) -> None:
-        """Print the ruling."""
-        print(f'player {state.player}: {decision.reason or "shot"}: {ruling.text}')
+        """Do nothing: the command prints the rulings."""
 
 
 def _ask(prompt: str, help_text: str, read: Callable[[str], T]) -> T:
@@ -65,11 +88,46 @@ def _ask(prompt: str, help_text: str, read: Callable[[str], T]) -> T:
             print(help_text if line.strip() == '?' else error)
 
 
+def _holds(what: str, does: str) -> bool:
+    """Ask whether what was typed holds."""
+    choice = f'Enter {does}, u takes it back'
+    return _ask(f'{what}; {choice}: ', choice, read_confirmation)
+
+
 def _show(state: State) -> None:
-    """Print where the balls lie."""
-    places = (f'{ball} ({x:.2f}, {y:.2f})' for ball, (x, y) in state.balls.items())
-    group = f', {state.groups[state.player]}' if state.groups[state.player] else ''
-    print(f'player {state.player}{group}: {", ".join(places)}')
+    """Draw the table, and say what the player plays."""
+    print(f'\n{table_text(state)}\n{_aims(state)}')
+
+
+def _aims(state: State) -> str:
+    """Say which balls the player may meet first, in the words of the game, and the score."""
+    legal = find_game(state.game).targets(state)
+    others = [ball for ball in state.object_balls if ball not in legal]
+    group = state.groups[state.player]
+    if state.phase == 'break':
+        text = 'you break'
+    elif not others:
+        text = 'you play any ball'
+    elif len(legal) == 1:
+        text = f'you play the {legal[0]}'
+    elif group:
+        text = f'you play the {group}: {", ".join(sorted(legal, key=int))}'
+    else:
+        text = f'you play any ball but the {", ".join(others)}'
+    score = f'; {state.scores[0]} : {state.scores[1]} of {state.target} points'
+    return text + (score if state.target else '')
+
+
+def _in_words(decision: Decision, stroke: Stroke) -> str:
+    a, b, elevation, azimuth, speed = stroke.offsets
+    return (
+        f'{decision.reason}: {speed:.4g} m/s, tip {_signed(b)} up and {_signed(a)} right, '
+        f'azimuth {math.degrees(azimuth):.1f}°, elevation {math.degrees(elevation):.1f}°'
+    )
+
+
+def _signed(offset: float) -> str:
+    return f'{round(offset, 2) + 0.0:g}'  # 0, not -0
 
 
 make = Person

@@ -1,15 +1,28 @@
 """`billiard-shot play`: one rack, between players or against a person in the terminal."""
 
 import argparse
+from dataclasses import replace
 import json
 from pathlib import Path
+import re
+import sys
+import tempfile
 
 from billiard_shot import Scene
 from billiard_shot.cli.progress import wait_for_machine_code
-from billiard_shot.cli.tournament import add_game_arguments
+from billiard_shot.cli.tournament import add_game_arguments, find_own_modules
 from billiard_shot.game.game import find_game
-from billiard_shot.game.tournament import agent_names, check_pairing, Pairing, play
+from billiard_shot.game.rack import MAX_SHOTS, play_on, replayed
+from billiard_shot.game.rack_record import RackRecord
+from billiard_shot.game.tournament import (
+    agent_names,
+    agents_of,
+    check_pairing,
+    first_record,
+    Pairing,
+)
 from billiard_shot.pictures.rack import write_rack
+from billiard_shot.pictures.view import open_page
 from billiard_shot.scene.values import whole
 
 PERSON = 'person'
@@ -29,32 +42,115 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         '--rack', type=int, default=0, metavar='N', help='number of the rack, as of tournaments'
     )
     parser.add_argument(
+        '--state',
+        type=Path,
+        metavar='FILE',
+        help='file of the game, written after each shot; if it exists, the game goes on from it',
+    )
+    parser.add_argument(
         '--pages', type=Path, metavar='FOLDER', help='write a page for each shot into this folder'
+    )
+    parser.add_argument(
+        '--browser', action='store_true', help='show the page of each shot in the browser'
     )
     parser.add_argument('--json', action='store_true', help='print the record of the rack as JSON')
 
 
 def run(options: argparse.Namespace) -> int:
     """Play and print; ValueError for an invalid request."""
+    find_own_modules()
     number, seed = whole('--rack', options.rack, 0), whole('--seed', options.seed, 0)
     scene = Scene.load(options.scene)
-    players = tuple(
-        'billiard_shot.cli.person' if name == PERSON else name
-        for name in options.players[: find_game(options.game).players]
-    )
-    pairing = Pairing(options.game, scene, players, seed, options.balls)
+    names = tuple(options.players[: find_game(options.game).players])
+    modules = tuple('billiard_shot.cli.person' if name == PERSON else name for name in names)
+    pairing = Pairing(options.game, scene, modules, seed, options.balls)
     check_pairing(pairing)
+    record = replace(first_record(pairing, number), players=names)
+    if options.state and options.state.exists():
+        record = _continued(options.state, record)
     wait_for_machine_code()
-    record = play(pairing, number)
+    talks = PERSON in names or not options.json
+    if talks:
+        _tell(record)
+    try:
+        for latest in play_on(record, scene, agents_of(pairing, record.number)):
+            record = latest
+            if options.state:
+                record.save(options.state)
+            if talks:
+                _tell(record)
+            if options.browser:
+                _show_last_shot(record, scene)
+    except KeyboardInterrupt:
+        _keep(record, options.state)
+        _finish(record, scene, options)
+        raise
+    _finish(record, scene, options)
+    return 0
+
+
+def _continued(path: Path, new: RackRecord) -> RackRecord:
+    """Load the record of a game; ValueError if it is not one that the command asks for."""
+    record = RackRecord.load(path)
+    for what, asked, found in (
+        ('game', new.game, record.game),
+        ('players', new.players, record.players),
+        *((size, new.state[size], record.state[size]) for size in ('length', 'width', 'radius')),
+    ):
+        if asked != found:
+            raise ValueError(f'--state: {path} is a game with {what} {found}, not {asked}')
+    return record
+
+
+def _tell(record: RackRecord) -> None:
+    """Print the last shot; and, between persons, who is next."""
+    names = _names(record)
+    if record.shots:
+        shot = record.shots[-1]
+        why = f' ({shot.reason})' if shot.reason else ''
+        text = re.sub('(: )?player [01] wins', '', shot.text)  # which is told at the end
+        print(f'{names[shot.state["player"]]}{why}: {text}')
+    if record.players.count(PERSON) > 1 and not record.state['over']:
+        print(f'{names[record.state["player"]]} is next')
+
+
+def _names(record: RackRecord) -> list[str]:
+    """Name the players; a person who is the only one is `you`."""
+    names = [
+        'you' if name == PERSON else name.partition(':')[0].rpartition('.')[2]
+        for name in record.players
+    ]
+    alike = len({*names}) < len(names)
+    return [f'player {number}' for number in range(len(names))] if alike else names
+
+
+def _wins(name: str) -> str:
+    return f'{name} win{"" if name == "you" else "s"}'
+
+
+def _show_last_shot(record: RackRecord, scene: Scene) -> None:
+    """Open the page of the last shot in the browser, if the cue ball was struck."""
+    for _, shot in replayed(replace(record, shots=record.shots[-1:]), scene):
+        if not shot.status.refused:
+            open_page(shot)
+
+
+def _keep(record: RackRecord, path: Path | None) -> None:
+    """Keep an interrupted game in a file, and say how to go on."""
+    if not record.shots:
+        return
+    if path is None:
+        path = Path(tempfile.mkdtemp(prefix='billiard_shot-')) / f'{record.game}.json'
+        record.save(path)
+    print(f'\nto go on with this game: the same command with --state {path}', file=sys.stderr)
+
+
+def _finish(record: RackRecord, scene: Scene, options: argparse.Namespace) -> None:
+    """Print who has won, or the record; write the pages."""
     if options.json:
         print(json.dumps(record.to_dict(), allow_nan=False))
-    else:
-        for shot in record.shots:
-            name = record.players[shot.state['player']].rpartition('.')[2]
-            why = f' ({shot.reason})' if shot.reason else ''
-            print(f'{name}{why}: {shot.text}')
-        winner = record.winner.rpartition('.')[2] if record.winner else 'nobody'
-        print(f'{winner} wins')
-    if options.pages:
+    elif record.state['over'] or len(record.shots) >= MAX_SHOTS:
+        winner = record.state.get('winner')
+        print('nobody wins' if winner is None else _wins(_names(record)[winner]))
+    if options.pages and record.shots:
         print(write_rack(record, scene, options.pages))
-    return 0

@@ -4,6 +4,7 @@ import argparse
 import json
 import os
 from pathlib import Path
+import sys
 from typing import Any
 
 from billiard_shot import Scene
@@ -40,6 +41,12 @@ def add_game_arguments(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def find_own_modules() -> None:
+    """Let `package.module` name a module in the current folder, too, as in `python -m`."""
+    if os.getcwd() not in sys.path:
+        sys.path.append(os.getcwd())
+
+
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add options for game, players, number of racks and output."""
     add_game_arguments(parser)
@@ -67,6 +74,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Play and print; ValueError for an invalid request."""
+    find_own_modules()
     count = options.racks if options.racks is not None else QUICK if options.quick else RACKS
     count = whole('--racks', count, 1)
     seed = whole('--seed', options.seed, 0)

@@ -38,7 +38,8 @@ class Agent(Protocol):
         """
         Decide on a stroke and its call; or, if the state has `choices`, take one of them.
 
-        A decision without a stroke is a foul. A choice that is not offered loses the rack.
+        A decision without a stroke is a foul. A choice that is not offered loses the rack, and so
+        does a call of a ball that the game does not have.
         """
 
     def saw(self, state: State, decision: Decision, ruling: Ruling) -> None:

@@ -11,7 +11,7 @@ from billiard_shot.game.ruling import Ruling
 from billiard_shot.game.state import State
 from billiard_shot.scene import Scene, SceneLike
 from billiard_shot.scene.errors import refused
-from billiard_shot.scene.values import whole
+from billiard_shot.scene.values import positive, whole
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,7 +146,7 @@ def start(
         phase=rules.phase,
         in_hand=rules.in_hand,
         target=rules.goal if target is None else whole('target', target, 1),
-        time_left=None if time_limit is None else (time_limit, time_limit),
+        time_left=None if time_limit is None else 2 * (positive('time_limit', time_limit, 's'),),
         seed=seed,
     )
     return rack_state(state, rules.balls[:count])

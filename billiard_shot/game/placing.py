@@ -1,5 +1,7 @@
 """Places for the cue ball in hand, and the direct shots of a state."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from billiard_shot.game.call import Call
@@ -10,6 +12,7 @@ from billiard_shot.planning.shots import DirectShots, shots
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL
+from billiard_shot.scene.player import AZIMUTH, SPEED
 from billiard_shot.table.run import POCKET_NAMES
 from billiard_shot.table.table_states import TableStates
 
@@ -35,6 +38,31 @@ def direct_shots(scene: Scene, state: State, places: Array | None = None) -> Dir
 
     """
     return shots(scene, placed(state, places), find_game(state.game).targets(state))
+
+
+class ListedShot(NamedTuple):
+    """A direct shot as people choose it."""
+
+    call: Call
+    chance: float  # that the ball falls
+    azimuth: float  # of the path of the cue ball [rad]
+    speed: float  # of the cue [m/s]
+
+
+def listed_shots(scene: Scene, state: State) -> list[ListedShot]:
+    """List the direct shots of a state, the best chance first; none without pockets."""
+    if not find_game(state.game).pockets:
+        return []
+    direct = direct_shots(scene, state)
+    best_first = np.argsort(-direct.chance, kind='stable').tolist()
+    return [
+        ListedShot(
+            call_of(direct, i),
+            float(direct.chance[i]),
+            *direct.offsets[i, [AZIMUTH, SPEED]].tolist(),
+        )
+        for i in best_first
+    ]
 
 
 def call_of(direct: DirectShots, number: int) -> Call:

@@ -1,7 +1,7 @@
 """Plays a rack: agents decide, a simulator plays their strokes, the referee rules."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from time import perf_counter, process_time
 from typing import NamedTuple
 
@@ -9,6 +9,7 @@ import numpy as np
 
 from billiard_shot.game.agent import Agent, scene_of, simulated, Simulator
 from billiard_shot.game.call import Decision
+from billiard_shot.game.checks import illegal
 from billiard_shot.game.rack_record import PlayedShot, RackRecord
 from billiard_shot.game.referee import choose, concede, judge
 from billiard_shot.game.ruling import Ruling
@@ -49,16 +50,25 @@ def play_rack(
     simulator : Simulator
 
     """
-    shots: list[PlayedShot] = []
-    while not state.over and len(shots) < MAX_SHOTS:
-        agent, errors = agents[state.player], errors_of(seed, number, state)
+    record = RackRecord(state.game, number, seed, tuple(names), (), state.to_dict())
+    return [record, *play_on(record, scene, agents, simulator)][-1]
+
+
+def play_on(
+    record: RackRecord, scene: Scene, agents: Sequence[Agent], simulator: Simulator = simulated
+) -> Iterator[RackRecord]:
+    """Play a rack that has begun to its end; yield its record after each decision."""
+    state = State.from_dict(record.state)
+    while not state.over and len(record.shots) < MAX_SHOTS:
+        agent, errors = agents[state.player], errors_of(record.seed, record.number, state)
         seen, decision, ruling, times = take_shot(state, scene, agent, errors, simulator)
         if not decision.choice:
             for each in agents:
                 each.saw(seen, decision, ruling)
-        shots.append(_record(seen, decision, ruling, times))
         state = ruling.state
-    return RackRecord(state.game, number, seed, tuple(names), tuple(shots), state.to_dict())
+        shots = *record.shots, _record(seen, decision, ruling, times)
+        record = replace(record, shots=shots, state=state.to_dict())
+        yield record
 
 
 class Taken(NamedTuple):
@@ -132,8 +142,8 @@ def _decision(agent: Agent, state: State) -> tuple[State, Decision, str]:
             return state, Decision(), f'the cue ball must be {why}, got {(x, y)} (m)'
         state = state.with_cue_ball(x, y)
     decision = agent.decide(state)
-    if decision.choice not in (state.choices or ('',)):
-        return state, Decision(), f'{decision.choice!r} is not a choice'
+    if why := illegal(state, decision):
+        return state, Decision(), why
     return state, decision, ''
 
 

@@ -1,9 +1,12 @@
 """What happened in a rack, as plain data: shots, rulings and times, from which it is replayed."""
 
 from dataclasses import asdict, dataclass, field
+import json
+from pathlib import Path
 from typing import Any
 
 from billiard_shot.game.state import State
+from billiard_shot.scene.errors import reason
 
 # How visits to the table end. A miss is a shot that the player gave an even chance or more; a
 # shot with less was all that the leave before it had left.
@@ -58,3 +61,21 @@ class RackRecord:
             for shot in data['shots']
         )
         return cls(**{**data, 'players': tuple(data['players']), 'shots': shots})
+
+    def save(self, path: Path) -> None:
+        """Write the record as JSON; a file that was there is replaced at once."""
+        new = path.with_name(f'{path.name}.new')
+        new.write_text(json.dumps(self.to_dict(), allow_nan=False) + '\n', encoding='utf-8')
+        new.replace(path)
+
+    @classmethod
+    def load(cls, path: Path) -> 'RackRecord':
+        """Read a record that `save` wrote; ValueError names the file."""
+        try:
+            record = cls.from_dict(json.loads(path.read_text(encoding='utf-8')))
+            State.from_dict(record.state)
+        except (KeyError, TypeError, json.JSONDecodeError, UnicodeDecodeError):
+            raise ValueError(f'{path}: must be the record of a rack') from None
+        except (OSError, ValueError) as error:
+            raise ValueError(f'{path}: {reason(error)}') from None
+        return record

@@ -2,12 +2,14 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+import math
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.game.call import Call, NO_CALL
+from billiard_shot.game.checks import check_call, check_outcome
 from billiard_shot.game.fouls import in_words
 from billiard_shot.game.game import find_game, rack_state
 from billiard_shot.game.outcome import Outcome, outcome_of, ShotLike
@@ -16,6 +18,7 @@ from billiard_shot.game.spots import spotted
 from billiard_shot.game.state import State
 from billiard_shot.scene.errors import refused
 from billiard_shot.scene.placement import CUE_BALL
+from billiard_shot.scene.values import as_float
 
 
 def judge(
@@ -32,12 +35,13 @@ def judge(
     shot : Shot or Outcome
         What happened. None if the player concedes the shot: that is a foul (6.15).
     seconds : float
-        Time that the player took [s]; it counts if the game has a limit.
+        Time that the player took [s], at least 0; it counts if the game has a limit.
 
     Raises
     ------
     ValueError
-        If the state waits for something else than a shot.
+        If the state waits for something else than a shot; or, with field, value and the allowed
+        names, for a ball or a pocket that is not there.
 
     """
     _check_is_next(state, 'a shot', is_next=not state.choices and CUE_BALL in state.balls)
@@ -47,6 +51,8 @@ def judge(
     if shot is None:
         shot = Outcome(refused='the player names no stroke', places=state.balls)
     outcome = outcome_of(shot)
+    check_call(state, call)
+    check_outcome(state, outcome)
     return settled(find_game(state.game).rule(state, call, outcome), outcome)
 
 
@@ -73,7 +79,7 @@ def choose(state: State, choice: str, seconds: float = 0.0) -> State:
     choice : str
         One of them.
     seconds : float
-        Time that the player took [s].
+        Time that the player took [s], at least 0.
 
     Raises
     ------
@@ -111,6 +117,8 @@ def _lost(state: State, foul: Foul) -> Ruling:
 
 
 def _with_time_taken(state: State, seconds: float) -> State:
+    if not 0.0 <= as_float(seconds) < math.inf:
+        raise refused(seconds, 'a finite number at least 0', 'seconds', 's')
     if state.time_left is None:
         return state
     one, two = state.time_left
@@ -157,6 +165,9 @@ def judge_batch(
     rule = find_game(state.game).rule
     numbers: dict[tuple[Call, Outcome], int] = {}
     kind = [numbers.setdefault(pair, len(numbers)) for pair in zip(many, outcomes, strict=True)]
+    for call, outcome in numbers:
+        check_call(state, call)
+        check_outcome(state, outcome)
     kinds = tuple(_not_settled(rule(state, call, outcome), outcome) for call, outcome in numbers)
     return Rulings(kinds, np.array(kind, np.int64))
 

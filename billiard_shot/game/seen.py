@@ -11,11 +11,11 @@ import math
 from typing import NamedTuple
 
 from billiard_shot.game.call import Call
+from billiard_shot.game.checks import check_names
 from billiard_shot.game.outcome import Outcome
 from billiard_shot.game.referee import judge
 from billiard_shot.game.ruling import Ruling
 from billiard_shot.game.state import State
-from billiard_shot.scene.errors import refused
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.table.run import POCKET_NAMES
 
@@ -94,15 +94,12 @@ def told_outcome(state: State, places: Places, told: Told) -> Outcome:
     """
     first_contact, to_cushion, pockets, double_hit = told
     gone = [ball for ball in state.balls if ball not in places]
-    for field, names, allowed in (
+    check_names(
         ('first_contact', (first_contact,), ('', *state.object_balls)),
         ('to_cushion', to_cushion, tuple(state.balls)),
         ('pocketed', pockets, tuple(gone)),
         ('pockets', pockets.values(), POCKET_NAMES),
-    ):
-        for name in names:
-            if name not in allowed:
-                raise refused(name, f'one of {", ".join(map(repr, allowed))}', field)
+    )
     head_string = -0.25 * state.length
     return Outcome(
         first_contact=first_contact or None,

@@ -27,9 +27,13 @@ from billiard_shot.scene.values import as_float, whole
 PHASES = ('break', 'second', 'play')
 IN_HAND = ('', 'kitchen', 'anywhere')
 GROUPS = ('', ''), ('solids', 'stripes'), ('stripes', 'solids')
-# Choices that rules offer: play on, take the cue ball in hand behind the head string, break a new
-# rack, let the offender break again, let the other player shoot.
-CHOICES = ('accept', 'kitchen', 'break', 'rebreak', 'pass')
+CHOICES = {  # that rules offer, and what they mean
+    'accept': 'play on',
+    'kitchen': 'take the cue ball in hand behind the head string',
+    'break': 'break a new rack',
+    'rebreak': 'let the other player break again',
+    'pass': 'let the other player shoot',
+}
 
 # Values of fields in a game of one player.
 ALONE = {'player': (0,), 'breaker': (0,), 'winner': (0, None), 'choices': ((),)}

@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from billiard_shot.game.agent import MakeAgent, simulated, Simulator
+from billiard_shot.game.agent import Agent, MakeAgent, simulated, Simulator
 from billiard_shot.game.game import find_game, start
 from billiard_shot.game.plugins import find_plugin, names_in
-from billiard_shot.game.rack import play_rack
+from billiard_shot.game.rack import play_on
 from billiard_shot.game.rack_record import RackRecord
 from billiard_shot.planning.statistics import wilson_interval
 from billiard_shot.scene import Scene
@@ -96,17 +96,25 @@ def play(pairing: Pairing, number: int) -> RackRecord:
 
     The same pairing and number give the same rack in any process.
     """
-    game, players = pairing.game, pairing.players
+    first, agents = first_record(pairing, number), agents_of(pairing, number)
+    return [first, *play_on(first, pairing.scene, agents, pairing.simulator)][-1]
+
+
+def first_record(pairing: Pairing, number: int) -> RackRecord:
+    """Rack the balls of a rack, and return its record without shots."""
+    players = pairing.players
     breaker = number % 2 if len(players) > 1 else 0
     rack = pairing.seed + number // 2 if len(players) > 1 else pairing.seed + number
-    agents = [
+    state = start(pairing.game, pairing.scene, rack, breaker, pairing.balls)
+    return RackRecord(pairing.game, number, pairing.seed, players, (), state.to_dict())
+
+
+def agents_of(pairing: Pairing, number: int) -> list[Agent]:
+    """Make the players of a rack."""
+    return [
         find_agent(name)(pairing.scene, pairing.seed + 7919 * number + i)
-        for i, name in enumerate(players)
+        for i, name in enumerate(pairing.players)
     ]
-    state = start(game, pairing.scene, rack, breaker, pairing.balls)
-    return play_rack(
-        state, pairing.scene, agents, players, pairing.seed, number, simulator=pairing.simulator
-    )
 
 
 def check_pairing(pairing: Pairing) -> None:

@@ -9,25 +9,39 @@ from dataclasses import replace
 import math
 
 from billiard_shot.game.call import Call, Decision, NO_CALL
-from billiard_shot.game.placing import call_of
+from billiard_shot.game.clearance import playable_stroke
+from billiard_shot.game.placing import ListedShot
 from billiard_shot.game.seen import Told
 from billiard_shot.game.state import State
-from billiard_shot.planning.shots import DirectShots
+from billiard_shot.scene import Scene
 from billiard_shot.scene.errors import refused
+from billiard_shot.shot.aim import azimuth_at, cut_for_pocket
 from billiard_shot.shot.stroke import Stroke
+
+PLACE_HELP = """\
+X Y                    place the cue ball (m); 0 0 is the middle of the table
+?                      this text
+Ctrl+C                 ends the game"""
 
 SHOT_HELP = """\
 N [SPEED [B [A]]]      play shot N of the list: speed in m/s, tip B up and A right in ball radii
+aim BALL [POCKET] SPEED [B [A [ELEVATION]]]
+                       send BALL into POCKET, or meet it fully; such as: aim 8 foot_left 3
 A B ELEVATION AZIMUTH SPEED [BALL POCKET]
                        play any stroke (ball radii, degrees, m/s), with a call
-safe N [SPEED [B [A]]] the same as a safety; push N ...: as a push-out
+safe ..., push ...     one of these as a safety, as a push-out
 ?                      this text
-Ctrl+C                 ends the game"""
+Ctrl+C                 ends the game
+If ELEVATION is left out, or is -, the cue is raised as far as clearance and your errors need.
+AZIMUTH 0 points to the foot, 90 to the left side. B above 0 makes follow, below 0 draw."""
 
 OUTCOME_HELP = """\
 met BALL, cushion BALL ..., BALL POCKET, double     such as: met 3, cushion 3 cue, 3 foot_left
 the ball that the cue ball met first, or none; balls that then met a cushion; the pocket of each
 ball that fell; whether the cue hit the cue ball twice. All but the first may be left out."""
+
+AIM = 'SPEED', 'B', 'A', 'ELEVATION'
+"""Names of the numbers after the ball and the pocket of `aim`."""
 
 
 def read_place(line: str, state: State) -> tuple[float, float]:
@@ -45,30 +59,36 @@ def read_choice(line: str, state: State) -> Decision:
     return Decision(choice=line.strip())
 
 
-def read_shot(line: str, state: State, direct: DirectShots) -> Decision:
-    """Read a stroke and its call, as in `SHOT_HELP`, where `direct` is the list."""
+def read_confirmation(line: str) -> bool:
+    """Read whether what was typed before holds; an empty line says so."""
+    if line.strip() not in ('', 'u'):
+        raise ValueError(f'{line.strip()!r} is neither Enter nor u')
+    return not line.strip()
+
+
+def read_shot(line: str, scene: Scene, state: State, listed: Sequence[ListedShot]) -> Decision:
+    """Read a stroke that can be played, and its call, as in `SHOT_HELP`, for a list of shots."""
     words = line.split()
-    kind = words.pop(0) if words and words[0] in ('safe', 'push') else ''
-    if len(words) in (5, 7):
-        a, b, elevation, azimuth, speed = _numbers(words[:5], 'A B ELEVATION AZIMUTH SPEED')
-        call = NO_CALL
-        if words[5:]:
-            call = Call(ball=words[5], pocket=words[6])
-            if call.ball not in state.object_balls:
-                raise refused(call.ball, f'one of {", ".join(state.object_balls)}', 'BALL')
-        offsets = [a, b, math.radians(elevation), math.radians(azimuth), speed]
-    elif 1 <= len(words) <= 4:
-        number = _numbers(words[:1], 'N')[0]
-        if number not in range(len(direct)):
-            raise refused(words[0], f'one of the {len(direct)} shots of the list', 'N')
-        call, offsets = call_of(direct, int(number)), direct.offsets[int(number)].tolist()
-        changes = _numbers(words[1:], ' '.join(('SPEED', 'B', 'A')[: len(words) - 1]))
-        for place, change in zip((4, 1, 0), changes, strict=False):
-            offsets[place] = change
-    else:
-        raise ValueError(f'{line.strip()!r} is not a shot; type ? for help')
+    kind = words.pop(0) if words[:1] in (['safe'], ['push']) else ''
+    if kind == 'push' and state.phase != 'second':
+        raise ValueError('push is allowed only in the first shot after a break of nine-ball')
+    match words:
+        case ['aim', ball, *rest]:
+            call, stroke = _aimed(ball, rest, scene, state, listed)
+        case [number, *rest] if _is_number(number) and len(rest) <= 3:
+            if float(number) not in range(len(listed)):
+                allowed = f'0 to {len(listed) - 1}' if listed else 'a shot'
+                raise refused(number, f'{allowed} in the list', 'N')
+            shot = listed[int(float(number))].call
+            call, stroke = _aimed(shot.ball or '', [shot.pocket, *rest], scene, state, listed)
+        case [number, *rest] if _is_number(number) and len(rest) in (4, 6):
+            call, stroke = _stated(words, scene, state)
+        case _:
+            typed = repr(line.strip()) if line.strip() else 'an empty line'
+            raise ValueError(f'{typed} is not a shot; type ? for help')
+    reason = f'{kind} {call.ball} to {call.pocket}' if call.ball else line
     call = replace(call, safety=kind == 'safe', push_out=kind == 'push')
-    return Decision(Stroke.from_offsets(*offsets), call)
+    return Decision(stroke, call, reason=reason.strip())
 
 
 def read_outcome(line: str) -> Told:
@@ -93,13 +113,54 @@ def read_outcome(line: str) -> Told:
     return Told('' if met == 'none' else met, driven, pockets, double_hit)
 
 
+def _aimed(
+    ball: str, words: list[str], scene: Scene, state: State, listed: Sequence[ListedShot]
+) -> tuple[Call, Stroke]:
+    """Read a shot that sends a ball into a pocket, or that meets it fully."""
+    _check_ball(ball, state)
+    pocket = words.pop(0) if words and not _is_number(words[0]) else ''
+    call = Call(ball, pocket) if pocket else NO_CALL
+    if shot := next((each for each in listed if each.call == call), None):
+        azimuth, words = shot.azimuth, words or [str(shot.speed)]
+    else:
+        azimuth = azimuth_at(scene, ball, cut_for_pocket(scene, ball, pocket) if pocket else 0.0)
+    if not 1 <= len(words) <= len(AIM):
+        raise refused(' '.join(words), f'1 to {len(AIM)} numbers', 'SPEED [B [A [ELEVATION]]]')
+    numbers = _numbers(words, ' '.join(AIM[: len(words)]))
+    speed, b, a, elevation = (*numbers, 0.0, 0.0, 0.0)[: len(AIM)]
+    offsets = a, b, elevation, math.degrees(azimuth), speed
+    return call, playable_stroke(scene, offsets, stated=len(numbers) == len(AIM), aimed=True)
+
+
+def _stated(words: list[str], scene: Scene, state: State) -> tuple[Call, Stroke]:
+    """Read any stroke, with or without a call."""
+    call = NO_CALL
+    if words[5:]:
+        _check_ball(words[5], state)
+        call = Call(words[5], words[6])
+    stated = words[2] != '-'
+    offsets = _numbers(
+        [*words[:2], words[2] if stated else '0', *words[3:5]], 'A B ELEVATION AZIMUTH SPEED'
+    )
+    return call, playable_stroke(scene, offsets, stated=stated, aimed=False)
+
+
+def _check_ball(ball: str, state: State) -> None:
+    if ball not in state.object_balls:
+        raise refused(ball, f'one of {", ".join(state.object_balls)}', 'BALL')
+
+
+def _is_number(word: str) -> bool:
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True
+
+
 def _numbers(words: Sequence[str], names: str) -> list[float]:
     """Read a number for each name."""
     count = len(names.split())
-    try:
-        numbers = [float(word) for word in words]
-    except ValueError:
-        numbers = []
-    if len(numbers) != count:
+    if len(words) != count or not all(map(_is_number, words)):
         raise refused(' '.join(words), f'{count} numbers' if count > 1 else 'a number', names)
-    return numbers
+    return [float(word) for word in words]

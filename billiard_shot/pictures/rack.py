@@ -49,7 +49,8 @@ def write_rack(record: RackRecord, scene: Scene, folder: Path) -> Path:
             name = f'shot-{number:02d}.html'
             (folder / name).write_text(page_of(shot, f'{number}. {text}'), encoding='utf-8')
             items.append(f'<li><a href="{name}">{escape(text)}</a></li>')
-        title = f'{record.game}, rack {record.number}: {record.winner or "nobody"} wins'
+        end = f'{record.winner or "nobody"} wins' if record.state['over'] else 'not finished'
+        title = f'{record.game}, rack {record.number}: {end}'
         page = folder / 'index.html'
         page.write_text(
             f'<!doctype html><meta charset="utf-8"><title>{escape(title)}</title>'

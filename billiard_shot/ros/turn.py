@@ -22,6 +22,7 @@ from billiard_shot.cue.outcome import GoalOutcome as Execution
 from billiard_shot.cue.outcome import RefusedError
 from billiard_shot.game.agent import Agent, scene_of
 from billiard_shot.game.call import Decision
+from billiard_shot.game.checks import illegal
 from billiard_shot.game.outcome import Outcome
 from billiard_shot.game.referee import choose, concede, judge
 from billiard_shot.game.ruling import Ruling
@@ -126,8 +127,7 @@ class Turn:
         decision = self._ask_agent(_decide, self.agent, wanted)
         if state.balls != wanted.balls:  # an agent may decide when it places the cue ball
             decision = self._ask_agent(_decide, self.agent, state)
-        if decision.choice not in (state.choices or ('',)):
-            why = f'{decision.choice!r} is not a choice'
+        if why := illegal(state, decision):
             self._judged(state, Decision(), concede(state, why), '')
         elif decision.choice:
             self.state = choose(state, decision.choice)

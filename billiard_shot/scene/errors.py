@@ -89,7 +89,7 @@ def must_be(allowed: str, got: object, unit: str = '') -> str:
 
 def must_be_one_of(known: Iterable[object], got: object, what: str = '') -> str:
     """Text about a value that is none of the known ones, with the nearest of them."""
-    names = [str(name) for name in known]
+    names = [str(name) or repr(name) for name in known]
     if not names:
         return f'must name a {what or "value"}, but there is none, got {got!r}'
     text = must_be(f'one of {", ".join(names)}', got)

@@ -85,7 +85,8 @@ class Illegal:
         return self.answer.get('place', (-0.8, 0.0))
 
     def decide(self, state):
-        return Decision(choice=self.answer.get('choice', ''))
+        call = Call(self.answer.get('ball'))
+        return Decision(call=call, choice=self.answer.get('choice', ''))
 
     def saw(self, state, decision, ruling):
         pass
@@ -93,7 +94,12 @@ class Illegal:
 
 @pytest.mark.parametrize(
     ('answer', 'end'),
-    [({'place': (0.3, 0.0)}, 'illegal'), ({'choice': 'pass'}, 'illegal'), ({}, 'no shot')],
+    [
+        ({'place': (0.3, 0.0)}, 'illegal'),
+        ({'choice': 'pass'}, 'illegal'),
+        ({'ball': '99'}, 'illegal'),
+        ({}, 'no shot'),
+    ],
 )
 def test_an_illegal_move_loses_the_rack(answer, end):
     state = start('nine_ball', TABLE)
@@ -299,19 +305,6 @@ def test_a_tournament_is_resumed(tmp_path, capsys):
     assert at_once['racks'] == 3
     assert main([*words, '--seed', '9', '--racks', '3']) == 2
     assert 'of game, players and seed' in capsys.readouterr().err
-
-
-def test_a_person_plays_and_the_rack_becomes_pages(tmp_path, capsys, monkeypatch):
-    answers = iter(['x', '9 9', '-0.4 0.1', '?', '99', '0 0 8 20 2.0', '0', '0', '0'] + ['0'] * 20)
-    monkeypatch.setattr('builtins.input', lambda prompt: next(answers))
-    words = ['play', 'practice', '--balls', '1', '--scene', 'seven_foot', '--players', 'person']
-    assert main([*words, '--pages', str(tmp_path / 'rack')]) == 0
-    out = capsys.readouterr().out
-    assert 'X Y must be 2 numbers' in out
-    assert 'must be at x ' in out
-    assert 'index.html' in out
-    assert (tmp_path / 'rack' / 'shot-01.html').stat().st_size > 10_000
-    assert 'practice, rack 0' in (tmp_path / 'rack' / 'index.html').read_text()
 
 
 def test_a_rack_is_drawn_with_a_panel_for_each_stroke(tmp_path):

@@ -27,7 +27,9 @@ def states(draw):
         player=draw(player),
         phase=draw(st.sampled_from(PHASES)),
         in_hand=draw(st.sampled_from(IN_HAND)),
-        choices=draw(st.lists(st.sampled_from(CHOICES), unique=True)) if game.players > 1 else (),
+        choices=draw(st.lists(st.sampled_from(list(CHOICES)), unique=True))
+        if game.players > 1
+        else (),
         groups=draw(st.sampled_from(GROUPS)),
         fouls=draw(st.tuples(*[st.integers(0, 5)] * 2)),
         scores=draw(st.tuples(*[st.integers(-20, 200)] * 2)),

@@ -16,14 +16,15 @@ CALL = Call(ball='3', pocket='foot_left')
 CALL_8 = Call(ball='8', pocket='head_left')
 
 
-def after(*pots, gone=(), first='3', cushion=('3',), **more):
+def after(*pots, gone=(), first='3', cushion=None, **more):
+    driven = {first} if cushion is None else cushion
     left = {
         ball: place
         for ball, place in PLACES.items()
         if ball not in gone and ball not in [each for each, _ in pots]
     }
     return Outcome(
-        first, pots, tuple(gone), frozenset(cushion), places=more.pop('places', left), **more
+        first, pots, tuple(gone), frozenset(driven), places=more.pop('places', left), **more
     )
 
 

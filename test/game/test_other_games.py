@@ -14,11 +14,12 @@ CALL = Call(ball='3', pocket='foot_left')
 CAROM = start('three_cushion', 'carom', target=2)
 
 
-def after(*pots, gone=(), first='3', cushion=('3',), of=PLAY, places=None, **more):
+def after(*pots, gone=(), first='3', cushion=None, of=PLAY, places=None, **more):
+    driven = {first} if cushion is None else cushion
     lost = {*gone, *(ball for ball, _ in pots)}
     left = {ball: place for ball, place in of.balls.items() if ball not in lost}
     return Outcome(
-        first, pots, tuple(gone), frozenset(cushion), places=left | (places or {}), **more
+        first, pots, tuple(gone), frozenset(driven), places=left | (places or {}), **more
     )
 
 
@@ -29,7 +30,11 @@ def numbers(ruling):
 def test_every_ball_that_falls_with_the_called_one_is_a_point():
     ruling = judge(PLAY, CALL, after(('3', 'foot_left'), ('7', 'side_left')))
     assert (ruling.state.scores, ruling.state.player, ruling.state.over) == ((4, 1), 0, False)
-    won = judge(ruling.state, replace(CALL, ball='1'), after(('1', 'foot_left'), of=ruling.state))
+    won = judge(
+        ruling.state,
+        replace(CALL, ball='1'),
+        after(('1', 'foot_left'), first='1', of=ruling.state),
+    )
     assert (won.state.over, won.state.winner, won.state.scores) == (True, 0, (5, 1))
 
 

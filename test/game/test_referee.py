@@ -10,6 +10,7 @@ import pytest
 from billiard_shot import predict, predict_batch, Scene, Stroke
 from billiard_shot.game import (
     Call,
+    choose,
     find_game,
     game_names,
     judge,
@@ -193,6 +194,52 @@ def test_the_time_of_a_player_is_used_up():
     assert (late.state.over, late.state.winner) == (True, 1)
     with pytest.raises(ValueError, match='the game is over'):
         judge(late.state, Call(), outcome)
+
+
+@pytest.mark.parametrize(
+    ('call', 'fields', 'words'),
+    [
+        (Call('99'), {}, r"call\.ball must be one of None, '1', .* '15', got '99'"),
+        (Call(), {'first_contact': '77'}, "first_contact must be one of None, .*, got '77'"),
+        (Call(), {'first_contact': 'cue'}, "first_contact must be .*, got 'cue'"),
+        (Call(), {'pocketed': (('77', 'side_left'),)}, "pocketed must be .*'cue', got '77'"),
+        (Call(), {'pocketed': (('1', 'corner'),)}, "pocketed .* 'foot_left', .*, got 'corner'"),
+        (
+            Call(),
+            {'pocketed': ('1', 'side_left')},
+            "pocketed must be a ball and a pocket, got '1'",
+        ),
+        (Call(), {'off_table': ('77',)}, "off_table must be .*, got '77'"),
+        (Call(), {'to_cushion': frozenset({'77'})}, "to_cushion must be .*, got '77'"),
+        (Call(), {'met': ('77',), 'cushions_before': (0,)}, "met must be .*, got '77'"),
+        (Call(), {'met': ('1',)}, r'cushions_before must be 1 numbers, .* got \(\)'),
+        (Call(), {'met': ('1',), 'cushions_before': (-1,)}, r'each at least 0, got \(-1,\)'),
+        (Call(), {'places': {'77': (0, 0)}}, "balls must be one of cue, 1, .*, got '77'"),
+        (Call(), {'places': {'1': (0, math.nan)}}, r'balls\.1 must be two finite .* nan\) \(m\)'),
+    ],
+)
+def test_what_is_not_there_is_refused_by_name(call, fields, words):
+    state = EIGHT.with_cue_ball(-0.7, 0.1)
+    outcome = Outcome(**{'places': state.balls} | fields)
+    with pytest.raises(ValueError, match=words):
+        judge(state, call, outcome)
+    if 'places' not in fields:  # a batch does not ask for them
+        with pytest.raises(ValueError, match=words):
+            judge_batch(state, call, [Outcome(), outcome])
+
+
+@pytest.mark.parametrize('seconds', [-1.0, math.nan, math.inf, '1'])
+@pytest.mark.parametrize('limit', [None, 60.0])
+def test_a_time_below_zero_is_refused(seconds, limit):
+    state = start('eight_ball', TABLE, time_limit=limit).with_cue_ball(-0.7, 0.1)
+    with pytest.raises(
+        ValueError, match=r'seconds must be a finite number at least 0, got .* \(s\)'
+    ):
+        judge(state, seconds=seconds)
+    with pytest.raises(ValueError, match='seconds must be'):
+        choose(replace(state, choices=('accept',)), 'accept', seconds)
+    with pytest.raises(ValueError, match=r'time_limit must be .*above 0, got -5'):
+        start('eight_ball', TABLE, time_limit=-5)
 
 
 def test_a_miscue_is_legal_and_recorded():

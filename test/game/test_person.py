@@ -1,0 +1,253 @@
+"""A person plays at the terminal: what is typed, and what is read then."""
+
+from dataclasses import replace
+import io
+import os
+from pathlib import Path
+import re
+import signal
+import subprocess
+import sys
+
+import pytest
+
+from billiard_shot import Scene
+from billiard_shot.cli import main
+from billiard_shot.cli.exit_codes import INTERRUPTED
+from billiard_shot.cli.person import Person
+from billiard_shot.game.game import start
+from billiard_shot.game.rack_record import RackRecord
+
+PRACTICE = 'play practice --balls 2 --scene seven_foot --players person'
+PLACED = '-0.4 0.1\n\n'  # with Enter
+TABLE = Scene.load('seven_foot')
+
+
+@pytest.fixture
+def types(monkeypatch, capsys):
+    """Return a function that runs a command and types a text: exit code, and both outputs."""
+
+    def run(command, text):
+        monkeypatch.setattr('sys.stdin', io.StringIO(text))
+        code = main(command.split())
+        return code, *capsys.readouterr()
+
+    return run
+
+
+def test_wrong_lines_are_asked_again_and_never_fouls(types, tmp_path):
+    file = tmp_path / 'game.json'
+    wrong = ['?', '', 'abc', '99', 'corner', '0 0 1 20 2', '0 0 - 20 99', 'aim 7 3', 'push 0', 'u']
+    lines = ['?', 'x', '9 9', '-0.4 0.1', '', *wrong, '0', '']
+    code, out, err = types(f'{PRACTICE} --state {file}', '\n'.join(lines) + '\n')
+    assert code == INTERRUPTED
+    for sentence in (
+        'X Y                    place the cue ball (m)',
+        "X Y must be 2 numbers, got 'x'",
+        'the cue ball must be at x ',
+        'N [SPEED [B [A]]]      play shot N of the list',
+        'an empty line is not a shot; type ? for help',
+        "'abc' is not a shot; type ? for help",
+        "N must be 0 to 1 in the list, got '99'",
+        "'corner' is not a shot",
+        'ELEVATION must be at least ',
+        'SPEED must be 0.1 to ',
+        'BALL must be one of 1, 2, got ',
+        'push is allowed only in the first shot',
+    ):
+        assert sentence in out
+    record = RackRecord.load(file)
+    assert [(shot.kept, shot.fouls) for shot in record.shots] == [(True, ())]
+    assert 'Traceback' not in out + err
+
+
+def test_a_typed_shot_and_a_place_are_taken_back(types, tmp_path):
+    file = tmp_path / 'game.json'
+    lines = '0.4 0.1\nu\n-0.4 0.1\n\naim 1 2\nu\n0 0.1 - 30 1.5\nno\n\n'
+    code, out, _ = types(f'{PRACTICE} --state {file}', lines)
+    assert (code, out.count('u takes it back')) == (0, 5)
+    assert "'no' is neither Enter nor u" in out
+    (shot,) = RackRecord.load(file).shots
+    assert shot.state['balls']['cue'] == [-0.4, 0.1]
+    assert shot.offsets[4] == pytest.approx(1.5)
+    assert re.search(r'you \(0 0\.1 - 30 1\.5\): .*\nnobody wins\n$', out)
+
+
+def test_a_game_goes_on_from_its_file_as_if_it_had_not_ended(types, tmp_path):
+    one, two = tmp_path / 'one.json', tmp_path / 'two.json'
+    shots = '0\n\n', 'aim 2 2\n\n'
+    types(f'{PRACTICE} --state {one}', PLACED + ''.join(shots))
+    code, _, err = types(f'{PRACTICE} --state {two}', PLACED + shots[0])
+    assert code == INTERRUPTED
+    assert f'to go on with this game: the same command with --state {two}\n' in err
+    code, out, _ = types(f'{PRACTICE} --state {two} --pages {tmp_path / "pages"}', shots[1])
+    assert code == 0
+    assert out.startswith('you (1 to ')  # the last shot before
+    whole, in_parts = (RackRecord.load(file) for file in (one, two))
+    timeless = [[replace(shot, cpu=0.0, wall=0.0) for shot in r.shots] for r in (whole, in_parts)]
+    assert timeless[0] == timeless[1]
+    assert whole.state == in_parts.state
+    assert len(list((tmp_path / 'pages').glob('shot-*.html'))) == 2
+    assert 'person (1 to ' in (tmp_path / 'pages' / 'index.html').read_text()
+    code, out, _ = types(f'{PRACTICE} --state {two}', '')  # is over
+    assert (code, out.splitlines()[-1]) == (0, 'nobody wins')
+
+
+def test_an_interrupted_game_is_kept_without_a_file_and_has_its_pages(
+    types, tmp_path, monkeypatch
+):
+    monkeypatch.setattr('tempfile.tempdir', str(tmp_path))
+    code, out, err = types(f'{PRACTICE} --pages {tmp_path / "pages"}', PLACED + '0\n\n')
+    assert code == INTERRUPTED
+    file = Path(re.search('--state (.*)', err)[1])
+    assert len(RackRecord.load(file).shots) == 1
+    assert str(tmp_path / 'pages' / 'index.html') in out
+    assert 'not finished' in (tmp_path / 'pages' / 'index.html').read_text()
+    assert err.endswith('billiard-shot: interrupted\n')
+    _, _, err = types(PRACTICE, PLACED)
+    assert err == 'billiard-shot: interrupted\n'  # nothing to keep
+
+
+@pytest.mark.parametrize(
+    ('command', 'text'),
+    [
+        ('play nine_ball --scene seven_foot', 'is a game with game practice, not nine_ball'),
+        ('play practice --players greedy --scene seven_foot', "with players ('person',), not"),
+        ('play practice --players person', 'with length 1.9812, not 2.54'),
+    ],
+)
+def test_a_file_of_another_game_is_refused(command, text, types, tmp_path):
+    file = tmp_path / 'game.json'
+    types(f'{PRACTICE} --state {file}', PLACED + '0\n\n')
+    code, _, err = types(f'{command} --state {file}', '')
+    assert (code, text in err) == (2, True)
+
+
+@pytest.mark.parametrize('content', ['', '[]', '{"a": 1}', '{"shots": 3}', 'hello'])
+def test_a_file_that_is_no_game_is_named(content, types, tmp_path):
+    file = tmp_path / 'game.json'
+    file.write_text(content)
+    code, _, err = types(f'{PRACTICE} --state {file}', '')
+    assert (code, err) == (2, f'billiard-shot: {file}: must be the record of a rack\n')
+
+
+def test_a_wrong_place_of_the_file_is_refused_before_the_game(types, tmp_path):
+    code, out, err = types(f'{PRACTICE} --state {tmp_path / "nowhere" / "game.json"}', '')
+    assert (code, out) == (2, '')
+    assert '--state must be in a folder that exists' in err
+
+
+def test_you_are_you(types):
+    command = 'play eight_ball --scene seven_foot --players person random --seed 5'
+    code, out, _ = types(command, '-0.6 0.1\n\naim 1 4.5\n\n')
+    assert code == INTERRUPTED
+    assert 'you break\n' in out
+    assert ': you (aim 1 4.5): ' in out
+    assert not re.search('person|player [01]', out)
+
+
+def test_two_persons_are_told_who_is_next(types):
+    command = 'play nine_ball --scene seven_foot --players person person --seed 5'
+    _, out, _ = types(command, '-0.6 0.1\n\naim 1 0.3\n\n')
+    assert out.startswith('player 0 is next\n')
+    assert ': player 0 (aim 1 0.3): foul ' in out
+    assert '\nplayer 1 is next\n' in out
+
+
+@pytest.mark.parametrize(
+    ('game', 'fields', 'words'),
+    [
+        ('eight_ball', {'phase': 'break'}, 'you break'),
+        ('eight_ball', {}, 'you play any ball but the 8'),
+        ('eight_ball', {'groups': ('stripes', 'solids')}, 'you play the stripes: 9, 10, 11, 12, '),
+        ('nine_ball', {}, 'you play the 1'),
+        ('straight_pool', {'scores': (3, 5)}, 'you play any ball; 3 : 5 of 150 points'),
+    ],
+)
+def test_balls_are_named_in_the_words_of_the_game(game, fields, words, monkeypatch, capsys):
+    state = start(game, TABLE, seed=5).with_cue_ball(-0.6, 0.1)
+    state = replace(state, **{'phase': 'play', 'in_hand': ''} | fields)
+    monkeypatch.setattr('sys.stdin', io.StringIO(''))
+    with pytest.raises(KeyboardInterrupt):
+        Person(TABLE, 0).decide(state)
+    assert f'\n{words}' in capsys.readouterr().out
+
+
+def test_the_eight_comes_after_the_group(monkeypatch, capsys):
+    state = start('eight_ball', TABLE).with_cue_ball(-0.6, 0.1)
+    left = {ball: state.balls[ball] for ball in ('cue', '8', '9', '10')}
+    state = replace(state, balls=left, phase='play', in_hand='', groups=('solids', 'stripes'))
+    monkeypatch.setattr('sys.stdin', io.StringIO(''))
+    with pytest.raises(KeyboardInterrupt):
+        Person(TABLE, 0).decide(state)
+    assert '\nyou play the 8\n' in capsys.readouterr().out
+
+
+def test_choices_are_explained(monkeypatch, capsys):
+    state = replace(start('nine_ball', TABLE), choices=('accept', 'pass'), in_hand='')
+    monkeypatch.setattr('sys.stdin', io.StringIO('?\nresign\npass\n'))
+    assert Person(TABLE, 0).decide(state).choice == 'pass'
+    out = capsys.readouterr().out
+    assert out.count('pass       let the other player shoot') == 2  # at first, and after ?
+    assert "choice must be one of accept, pass, got 'resign'" in out
+
+
+def test_a_table_without_pockets_is_played(types):
+    command = 'play three_cushion --scene carom --players person random --seed 2'
+    _, out, _ = types(command, 'aim red 2\n\n')
+    assert 'R red' in out
+    assert ': you (aim red 2): no point\n' in out
+    assert 'pocket' not in out
+    assert 'side_left' not in out
+
+
+def test_each_shot_is_shown_in_the_browser_if_that_is_wished(types, monkeypatch, tmp_path):
+    monkeypatch.setattr('tempfile.tempdir', str(tmp_path))
+    shown = []
+    monkeypatch.setattr('webbrowser.open', shown.append)
+    types(f'{PRACTICE} --browser', PLACED + '0\n\n')
+    assert len(shown) == 1
+    assert shown[0].endswith('shot.html')
+    types(PRACTICE, PLACED + '0\n\n')
+    assert len(shown) == 1
+
+
+def test_ctrl_c_ends_the_game_and_keeps_it(tmp_path):
+    command = [sys.executable, '-m', 'billiard_shot.cli', *PRACTICE.split()]
+    environment = os.environ | {'TMPDIR': str(tmp_path)}
+    pipe = subprocess.PIPE
+    with subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=pipe, env=environment) as game:
+        game.stdin.write(f'{PLACED}0\n\n'.encode())
+        game.stdin.flush()
+        seen = b''
+        while seen.count(b'your shot, or ? for help: ') < 2:
+            seen += os.read(game.stdout.fileno(), 4096)
+        game.send_signal(signal.SIGINT)
+        _, err = game.communicate()
+    assert game.returncode == INTERRUPTED
+    assert len(RackRecord.load(Path(re.search('--state (.*)', err.decode())[1])).shots) == 1
+
+
+def test_a_game_of_your_own_is_found_in_the_current_folder(tmp_path):
+    """By the command as it is installed, whose path has not the current folder; not by nodes."""
+    (tmp_path / 'my_games').mkdir()
+    (tmp_path / 'my_games' / 'three_ball.py').write_text(
+        'from dataclasses import replace\n'
+        'from billiard_shot.game import find_game\n'
+        "practice = find_game('practice')\n"
+        "GAME = replace(practice, name='my_games.three_ball', balls=('1', '2', '3'))\n"
+    )
+    script = """
+from billiard_shot.cli import main
+from billiard_shot.game import find_game
+try:
+    find_game('my_games.three_ball')  # as a node does
+except ValueError as error:
+    print(error)
+words = ['my_games.three_ball', '--players', 'random']
+print(main(['play', *words]), main(['tournament', *words, '--racks', '1', '--workers', '1']))
+"""
+    command = [sys.executable, '-P', '-c', script]
+    out = subprocess.run(command, cwd=tmp_path, check=True, stdout=subprocess.PIPE).stdout.decode()
+    assert out.startswith("game: 'my_games.three_ball' is not a module with GAME: No module named")
+    assert out.endswith('\n0 0\n')
