@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.compiled import inner
+from billiard_shot.notebook import Shown
 from billiard_shot.numerics import rounding
 from billiard_shot.records import Triple
 from billiard_shot.scene import Scene, SceneLike
@@ -23,7 +24,7 @@ SPEED_RANGE = 1.0 / LARGEST, LARGEST  # m/s
 
 
 @dataclass(frozen=True, slots=True, init=False)
-class Stroke:
+class Stroke(Shown):
     """
     A stroke of the cue at a ball at rest.
 

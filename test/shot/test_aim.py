@@ -70,7 +70,7 @@ def test_the_cue_is_as_low_as_it_can_be():
 def test_the_cue_can_be_lower_by_the_margin(margin_deg):
     stroke = Stroke.at(TABLE, '8', speed=1.0, margin_deg=margin_deg)
     assert stroke == Stroke.at(TABLE, '8', speed=1.0, margin=math.radians(margin_deg))
-    _, _, elevation, azimuth, _ = stroke.offsets
+    elevation = stroke.offsets[2]
     lowest = lowest_elevation(TABLE, [stroke.offsets])[0]
     assert 0.0 <= math.degrees(elevation - lowest) - margin_deg < 0.25 + 1e-9
     level = Stroke.at('pool', (1.0, 0.0), speed=1.0, margin_deg=margin_deg).offsets[2]
