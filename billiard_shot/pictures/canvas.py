@@ -17,6 +17,15 @@ def require_matplotlib() -> None:
         raise ValueError("pictures need matplotlib: pip install 'billiard_shot[plot]'") from None
 
 
+def has_matplotlib() -> bool:
+    """Whether pictures can be drawn."""
+    try:
+        require_matplotlib()
+    except ValueError:
+        return False
+    return True
+
+
 def new_figure(width: float, height: float) -> Any:
     """
     Make an empty figure of a size [inches], without any display.

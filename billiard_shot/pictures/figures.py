@@ -30,7 +30,7 @@ def combination() -> Shot:
 
 def jump() -> Shot:
     """Jump over the ball that stands in front of the 8, and pot it."""
-    stroke = Stroke.from_offsets(a=0.06, b=0.02, elevation=0.56, azimuth=-0.02, speed=3.2)
+    stroke = Stroke.from_offsets(a=0.06, b=0.02, elevation_deg=32.1, azimuth_deg=-1.15, speed=3.2)
     return predict(Scene.load('blocked'), stroke)
 
 

@@ -7,8 +7,8 @@ import numpy as np
 
 from billiard_shot.pictures.canvas import add_legend, save
 from billiard_shot.pictures.table import (
-    draw_balls,
     draw_cue,
+    draw_start_and_rest,
     draw_trails,
     table_axes,
 )
@@ -32,13 +32,18 @@ def draw_plan(planned: RankedStroke, outcomes: Dispersion, path: Path) -> None:
         If matplotlib is missing, or the file cannot be written.
 
     """
+    save(plan_figure(planned, outcomes), path)
+
+
+def plan_figure(planned: RankedStroke, outcomes: Dispersion) -> Any:
+    """Draw a plan from above, with its outcomes under execution noise."""
     scene, trails = planned.scene, trails_of(planned.shot)
     a, b, elevation, _, speed = planned.stroke.offsets
     figure, axes = table_axes(
         scene,
         outcomes.final_positions[:, 0],
         f'{planned.kind}: success {planned.estimate}; '
-        f'a {a:+.2f}, b {b:+.2f} radii, '
+        f'a {round(a, 2) + 0.0:+.2f}, b {round(b, 2) + 0.0:+.2f} radii, '  # + 0.0: 0, not -0
         f'{np.degrees(elevation):.1f}°, {speed:.2f} m/s',
     )
     _draw_target(axes, planned.target)
@@ -57,15 +62,13 @@ def draw_plan(planned: RankedStroke, outcomes: Dispersion, path: Path) -> None:
             markersize=2.5,
             alpha=0.6,
             linestyle='',
-            zorder=3.4,
+            zorder=4.3,  # above the ball that rests without errors
             label=label,
         )
-    draw_balls(axes, scene, {name: trails.start(name) for name in trails.balls})
-    ends = {name: trails.end(name) for name in trails.balls if trails.moved(name)}
-    draw_balls(axes, scene, {n: end for n, end in ends.items() if end is not None}, faint=True)
+    draw_start_and_rest(axes, trails)
     draw_cue(axes, scene, planned.stroke, trails.start(CUE_BALL))
     add_legend(figure, axes)
-    save(figure, path)
+    return figure
 
 
 def _draw_target(axes: Any, target: Target) -> None:

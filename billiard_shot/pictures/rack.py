@@ -2,25 +2,36 @@
 
 from html import escape
 from pathlib import Path
+from typing import Any
 
 from billiard_shot.game.rack import replayed
 from billiard_shot.game.rack_record import PlayedShot, RackRecord
-from billiard_shot.pictures.canvas import new_figure, save
-from billiard_shot.pictures.table import draw_balls, draw_table, draw_trails
+from billiard_shot.pictures.canvas import has_matplotlib, new_figure, save
+from billiard_shot.pictures.table import draw_start_and_rest, draw_table, draw_trails
 from billiard_shot.pictures.trails import trails_of
 from billiard_shot.pictures.view import page_of
 from billiard_shot.scene import Scene
 from billiard_shot.scene.errors import reason
+from billiard_shot.shot.shot import Shot
 from billiard_shot.table.outline import outline_of
 
 RACK_PANELS_PER_ROW = 4  # panels side by side
 
-STYLE = 'body{font:16px sans-serif;max-width:50em;margin:2em auto;padding:0 1em}li{margin:.5em 0}'
+PANEL_SIZE = 3.4, 2.05  # inches
+LIST = 'index.html'  # name of the page with all shots
+STYLE = (
+    'body{font:16px sans-serif;max-width:64em;margin:2em auto;padding:0 1em}'
+    'ol{display:grid;grid-template-columns:repeat(auto-fill,minmax(17em,1fr));gap:1.5em 2em;'
+    'list-style:none;padding:0}'
+    'img{display:block;width:100%;margin-bottom:.3em}'
+)
 
 
 def write_rack(record: RackRecord, scene: Scene, folder: Path) -> Path:
     """
-    Write the pages of a rack that was played with `simulated`.
+    Write the pages of a rack that was played with `simulated`: each shot, and a list of all.
+
+    The pages have links to each other. If matplotlib is there, the list has pictures.
 
     Parameters
     ----------
@@ -41,17 +52,28 @@ def write_rack(record: RackRecord, scene: Scene, folder: Path) -> Path:
         If a page cannot be written.
 
     """
-    items = []
+    items, drawn = [], has_matplotlib()
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        for number, (played, shot) in enumerate(replayed(record, scene), 1):
-            text = _in_words(record, played)
-            name = f'shot-{number:02d}.html'
-            (folder / name).write_text(page_of(shot, f'{number}. {text}'), encoding='utf-8')
-            items.append(f'<li><a href="{name}">{escape(text)}</a></li>')
+        shots = list(replayed(record, scene))
+        for number, (played, shot) in enumerate(shots, 1):
+            text = f'{number}. {_in_words(record, played)}'
+            page, picture = folder / _name(number), ''
+            links = {'All shots': LIST}
+            if number > 1:
+                links['← Previous'] = _name(number - 1)
+            if number < len(shots):
+                links['Next →'] = _name(number + 1)
+            page.write_text(page_of(shot, text, links), encoding='utf-8')
+            if drawn:
+                figure = new_figure(*PANEL_SIZE)
+                _draw_panel(figure.subplots(), shot)
+                save(figure, page.with_suffix('.png'))
+                picture = f'<img src="{page.stem}.png" alt="">'
+            items.append(f'<li><a href="{page.name}">{picture}{escape(text)}</a></li>')
         end = f'{record.winner or "nobody"} wins' if record.state['over'] else 'not finished'
         title = f'{record.game}, rack {record.number}: {end}'
-        page = folder / 'index.html'
+        page = folder / LIST
         page.write_text(
             f'<!doctype html><meta charset="utf-8"><title>{escape(title)}</title>'
             f'<style>{STYLE}</style><h1>{escape(title)}</h1><ol>{"".join(items)}</ol>\n',
@@ -81,22 +103,32 @@ def draw_rack(record: RackRecord, scene: Scene, path: Path) -> None:
     """
     shots = list(replayed(record, scene))
     rows = -(-len(shots) // RACK_PANELS_PER_ROW)
-    figure = new_figure(3.4 * RACK_PANELS_PER_ROW, 2.05 * rows)
-    half = outline_of(scene).frame
+    figure = new_figure(PANEL_SIZE[0] * RACK_PANELS_PER_ROW, PANEL_SIZE[1] * rows)
     panels = figure.subplots(rows, RACK_PANELS_PER_ROW, squeeze=False).ravel()
     for number, (axes, (played, shot)) in enumerate(zip(panels, shots, strict=False), 1):
-        axes.set(xlim=(-half[0], half[0]), ylim=(-half[1], half[1]), aspect='equal')
-        draw_table(axes, shot.scene)
-        if not shot.status.refused:
-            trails = trails_of(shot)
-            draw_trails(axes, trails)
-            draw_balls(axes, shot.scene, {name: trails.start(name) for name in trails.balls})
+        _draw_panel(axes, shot)
         ball = played.call.get('ball')
         what = f'ball {ball}' if ball else played.reason.partition(':')[0]
         axes.set_title(f'{number}. {what}', fontsize='small', loc='left')
-    for axes in panels:
+    for axes in panels[len(shots) :]:
         axes.set_axis_off()
     save(figure, path)
+
+
+def _draw_panel(axes: Any, shot: Shot) -> None:
+    """Draw a shot from above, without a legend."""
+    x, y = outline_of(shot.scene).frame
+    axes.set(xlim=(-x, x), ylim=(-y, y), aspect='equal')
+    axes.set_axis_off()
+    draw_table(axes, shot.scene)
+    trails = trails_of(shot)
+    draw_trails(axes, trails)
+    draw_start_and_rest(axes, trails)
+
+
+def _name(number: int) -> str:
+    """Name of the page of a shot."""
+    return f'shot-{number:02d}.html'
 
 
 def _in_words(record: RackRecord, played: PlayedShot) -> str:

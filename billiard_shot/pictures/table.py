@@ -6,7 +6,6 @@ axes, for pictures with more on them; `draw_shot` is all of them in one file.
 """
 
 from collections.abc import Iterable, Mapping
-from itertools import cycle
 import math
 from pathlib import Path
 import textwrap
@@ -16,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from billiard_shot.pictures.canvas import add_legend, new_figure, save
-from billiard_shot.pictures.trails import Trails, trails_of
+from billiard_shot.pictures.trails import path_colours, Trails, trails_of
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.shot import Shot
@@ -169,27 +168,11 @@ def draw_balls(
     return artists
 
 
-def path_colours(trails: Trails) -> dict[str, str]:
-    """
-    Choose the colours of the paths of the balls that move, by name, the cue ball first.
-
-    If there are more balls than colours, the cue ball, the ball that it met first, and the balls
-    that left the table keep theirs; the paths of the others are pale.
-    """
-    moving = [name for name in trails.balls if trails.moved(name)]
-    moving.sort(key=lambda name: name != CUE_BALL)
-    if len(moving) <= len(MOVING_COLOURS):
-        return dict(zip(moving, MOVING_COLOURS, strict=False))
-    gone = [name for name in moving if trails.end(name) is None]
-    told = dict.fromkeys([CUE_BALL, *filter(None, [trails.first_contact]), *gone])
-    return dict.fromkeys(moving, PALE_PATH) | dict(zip(told, cycle(MOVING_COLOURS), strict=False))
-
-
 def draw_trails(axes: Any, trails: Trails, *, alpha: float = 1.0) -> None:
     """Draw the paths of balls, events on the way, and ghost balls: a colour for each ball."""
     from matplotlib.patches import Circle
 
-    colours = path_colours(trails)
+    colours = path_colours(trails, MOVING_COLOURS, PALE_PATH)
     styles: dict[str, Any] = {}  # that occur, for the legend
     for name, colour in colours.items():
         pale = colour == PALE_PATH
@@ -252,6 +235,14 @@ def draw_trails(axes: Any, trails: Trails, *, alpha: float = 1.0) -> None:
         )
 
 
+def draw_start_and_rest(axes: Any, trails: Trails) -> None:
+    """Draw balls where they rest, and pale ones, with their names, where they started."""
+    draw_balls(axes, trails.scene, {n: trails.start(n) for n in _moved(trails)}, faint=True)
+    _name_starts(axes, trails)
+    ends = {name: trails.end(name) for name in trails.balls}
+    draw_balls(axes, trails.scene, {name: end for name, end in ends.items() if end is not None})
+
+
 def _label(name: str, pale: bool) -> str:
     return 'other balls' if pale else ball_in_words(name)
 
@@ -309,10 +300,7 @@ def shot_figure(shot: Shot, title: str = '') -> Any:
     trails = trails_of(shot)
     figure, axes = table_axes(shot.scene, trails.all_points(), title or shot_title(shot))
     draw_trails(axes, trails)
-    draw_balls(axes, shot.scene, {n: trails.start(n) for n in _moved(trails)}, faint=True)
-    _name_starts(axes, trails)
-    ends = {name: trails.end(name) for name in trails.balls}
-    draw_balls(axes, shot.scene, {name: end for name, end in ends.items() if end is not None})
+    draw_start_and_rest(axes, trails)
     draw_cue(axes, shot.scene, shot.stroke, trails.start(CUE_BALL))
     add_legend(figure, axes)
     return figure

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 import math
 
@@ -113,6 +113,21 @@ def trails_of_run(scene: Scene, run: TableRun) -> Trails:
 def trails_of(shot: Shot) -> Trails:
     """Make trails of all balls of a shot; nothing moves if it is refused."""
     return trails_of_run(shot.scene, shot.run)
+
+
+def path_colours(trails: Trails, colours: Sequence[str], pale: str) -> dict[str, str]:
+    """
+    Choose the colours of the paths of the balls that move, by name; no two balls share one.
+
+    The cue ball has the first colour. If more balls move than there are colours, only the cue
+    ball, the ball that it met first, and balls that left the table have one; the others are pale.
+    """
+    moving = sorted(filter(trails.moved, trails.balls), key=lambda name: name != CUE_BALL)
+    told = moving
+    if len(moving) > len(colours):
+        gone = [name for name in moving if trails.end(name) is None]
+        told = [name for name in (CUE_BALL, trails.first_contact, *gone) if name in moving]
+    return dict.fromkeys(moving, pale) | dict(zip(dict.fromkeys(told), colours, strict=False))
 
 
 def _until(balls: Mapping[str, Trajectory]) -> float:

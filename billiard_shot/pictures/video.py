@@ -15,12 +15,12 @@ from billiard_shot.pictures.cue_motion import cue_motion
 from billiard_shot.pictures.table import (
     draw_balls,
     draw_cue,
+    MOVING_COLOURS,
     PALE_PATH,
-    path_colours,
     shot_title,
     table_axes,
 )
-from billiard_shot.pictures.trails import OFF_CLOTH, Trails, trails_of
+from billiard_shot.pictures.trails import OFF_CLOTH, path_colours, Trails, trails_of
 from billiard_shot.scene.errors import reason
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.shot import Shot
@@ -186,7 +186,7 @@ class _Moving:
             name: axes.plot(
                 [], [], color=colour, linewidth=0.6 if colour == PALE_PATH else 1.5, zorder=3
             )[0]
-            for name, colour in path_colours(trails).items()
+            for name, colour in path_colours(trails, MOVING_COLOURS, PALE_PATH).items()
         }
         pieces = {name: trails.pieces(name) for name in self.paths}
         self.points = {

@@ -6,8 +6,8 @@ The page evaluates the segments of the trajectory, so that its positions are tho
 are the files in `page`, put together here.
 """
 
+from collections.abc import Mapping
 from importlib.resources import files
-from itertools import cycle
 import json
 import math
 from pathlib import Path
@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from billiard_shot.pictures.cue_motion import cue_motion
 from billiard_shot.pictures.orientations import orientations, product, rotation
-from billiard_shot.pictures.trails import Trails, trails_of
+from billiard_shot.pictures.trails import path_colours, Trails, trails_of
 from billiard_shot.scene.errors import reason
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.shot import Shot
@@ -43,22 +43,26 @@ SCRIPTS = (
 )
 # Colours of the paths of balls: those of Okabe and Ito that stand out on a green cloth.
 YELLOW = '#f0e442'
-CUE_PATH, BALL_PATHS = '#ffffff', (ORANGE, SKY, PURPLE, YELLOW, BLACK)
+PATHS = '#ffffff', ORANGE, SKY, PURPLE, YELLOW, BLACK
+PALE_PATH = '#7f9f91'
 DRAWN_MOTIONS = (Motion.SLIDE, Motion.ROLL, Motion.FLIGHT)
 ACROSS, UPWARD = np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0])
+NO_LINKS: Mapping[str, str] = {}
 DRAWN_CUE_LENGTH = 1.47  # m, if the scene does not give it
 
 
-def page_of(shot: Shot, title: str = 'shot') -> str:
+def page_of(shot: Shot, title: str = 'shot', links: Mapping[str, str] = NO_LINKS) -> str:
     """
     Make the page of a shot.
 
-    A shot that was refused is shown as well: nothing moves.
+    A shot that was refused is shown as well: nothing moves. `links` are the addresses of other
+    pages, by the texts that lead to them.
     """
     data = json.dumps(view_data(shot, title), ensure_ascii=False, allow_nan=False)
     parts = {
         'TITLE': _escaped(title),
         'STYLE': _part('style.css'),
+        'LINKS': ' '.join(f'<a href="{to}">{text}</a>' for text, to in links.items()),
         'DATA': data.replace('<', '\\u003c'),  # no text in it can end the script
         'SCRIPT': '\n'.join(_part(name) for name in SCRIPTS),
     }
@@ -89,7 +93,7 @@ def open_page(shot: Shot) -> Path:
 def view_data(shot: Shot, title: str) -> dict[str, Any]:
     """Collect all that the page shows, in SI units and the frame `table`."""
     trails = trails_of(shot)
-    colours = page_path_colours(trails)
+    colours = path_colours(trails, PATHS, PALE_PATH)
     return {
         'title': title,
         'message': f'{shot.status.name}: {shot.message}',
@@ -105,16 +109,6 @@ def view_data(shot: Shot, title: str) -> dict[str, Any]:
         'ghosts': [ghost.tolist() for ghost in trails.ghosts],
         'events': _events(shot),
     }
-
-
-def page_path_colours(trails: Trails) -> dict[str, str]:
-    """
-    Choose the colours of the paths of the balls that move.
-
-    The path of the cue ball is white. With more than five other balls, colours repeat.
-    """
-    moving = [name for name in trails.balls if trails.moved(name) and name != CUE_BALL]
-    return {CUE_BALL: CUE_PATH} | dict(zip(moving, cycle(BALL_PATHS), strict=False))
 
 
 def _part(name: str) -> str:
@@ -176,6 +170,7 @@ def _ball(trails: Trails, name: str, number: int, path: str | None) -> dict[str,
         'colour': ball_colour(name),
         'striped': is_striped(name),
         'path': path,
+        'pale': path == PALE_PATH,
         'trails': [
             {
                 'motion': piece.motion.name.lower(),

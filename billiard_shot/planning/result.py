@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from html import escape
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from billiard_shot.notebook import Shown
 from billiard_shot.planning.evaluate import evaluate_strokes
 from billiard_shot.planning.kind import kind_of
 from billiard_shot.planning.limits import Limits
@@ -125,7 +125,7 @@ class RankedStroke:
 
 
 @dataclass(frozen=True, eq=False)
-class PlanResult:
+class PlanResult(Shown):
     """
     Result of a search.
 
@@ -180,31 +180,15 @@ class PlanResult:
             If pandas is not installed.
 
         """
-        return data_frame(self._columns())
-
-    def _repr_html_(self) -> str:
-        columns = self._columns()
-        head = ''.join(f'<th>{escape(name)}</th>' for name in columns)
-        rows = ''.join(
-            '<tr>' + ''.join(f'<td>{_cell(value)}</td>' for value in row) + '</tr>'
-            for row in zip(*columns.values(), strict=True)
-        )
-        said = f'<p><b>{self.status.name}</b>: {escape(self.message)}</p>'
-        return f'{said}<table><tr>{head}</tr>{rows}</table>' if self.ranking else said
-
-    def _columns(self) -> dict[str, list[Any]]:
         names = 'a', 'b', 'elevation', 'azimuth', 'speed'
         strokes = [each.stroke.offsets for each in self.ranking]
-        return {
+        columns = {
             'kind': [each.kind for each in self.ranking],
             'success': [each.success for each in self.ranking],
             'low': [each.interval[0] for each in self.ranking],
             'high': [each.interval[1] for each in self.ranking],
             'trials': [each.trials for each in self.ranking],
             'warning': [each.warning for each in self.ranking],
-            **{name: [stroke[i] for stroke in strokes] for i, name in enumerate(names)},
         }
-
-
-def _cell(value: object) -> str:
-    return f'{value:.4g}' if isinstance(value, float) else escape(str(value))
+        columns |= {name: [stroke[i] for stroke in strokes] for i, name in enumerate(names)}
+        return data_frame(columns)

@@ -8,6 +8,7 @@ from typing import Any, ClassVar, Self, TypeAlias
 
 from numpy.typing import ArrayLike
 
+from billiard_shot.notebook import Shown
 from billiard_shot.scene.bundled import find_scene, scene_names
 from billiard_shot.scene.checks import check, fill_in, read, write
 from billiard_shot.scene.effects import Effects
@@ -29,7 +30,7 @@ def _end_of_a_guided_cue(scene: Any) -> Iterator[Mistake]:
 
 
 @dataclass(frozen=True, slots=True)
-class Scene:
+class Scene(Shown):
     """
     All input of a prediction except the stroke.
 

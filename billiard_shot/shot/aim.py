@@ -17,6 +17,7 @@ from billiard_shot.shot.stroke import Stroke
 from billiard_shot.table.outline import outline_of
 from billiard_shot.table.run import POCKET_NAMES
 
+ROOM_SIGMAS = 3.0  # standard deviations of a player's errors for which the cue has room
 AimTarget = str | Sequence[float]  # a ball, or x and y of a point [m]
 
 
@@ -29,6 +30,7 @@ def aimed_stroke(
     a: float,
     b: float,
     elevation: float | None,
+    margin: float | None,
     correct_squirt: bool,
 ) -> Stroke:
     """Make the stroke of `Stroke.at`; angles in radians."""
@@ -36,8 +38,7 @@ def aimed_stroke(
         cut = cut_for_pocket(scene, target, pocket)
     azimuth = azimuth_at(scene, target, cut)
     if elevation is None:
-        lowest = lowest_elevation(scene, [[a, b, 0.0, azimuth, speed]])
-        elevation = min(float(lowest[0]), 0.5 * math.pi)
+        elevation = _elevation_with_room(scene, a, b, azimuth, speed, margin)
     stroke = Stroke.from_offsets(a, b, elevation, azimuth, speed)
     if correct_squirt:
         stroke = Stroke.from_offsets(a, b, elevation, azimuth - squirt_of(scene, stroke), speed)
@@ -114,6 +115,19 @@ def squirt_of(scene: Scene, stroke: Stroke) -> float:
     alone = predict(replace(scene, table=None, balls={}), stroke)
     _, _, _, azimuth, _ = stroke.offsets
     return math.remainder(_heading(alone.velocity) - azimuth, math.tau)
+
+
+def _elevation_with_room(
+    scene: Scene, a: float, b: float, azimuth: float, speed: float, margin: float | None
+) -> float:
+    """Find the lowest elevation that leaves a margin, or room for the errors of the player."""
+    low = b
+    if margin is None:
+        _, b_error, margin, _, _ = (ROOM_SIGMAS * scene.noise.sigmas(scene.ball.radius)).tolist()
+        low -= b_error
+    rows = [[a, each, 0.0, azimuth, speed] for each in (b, low)]
+    found = lowest_elevation(scene, rows, margin=margin).tolist()
+    return max(filter(math.isfinite, found), default=0.5 * math.pi)
 
 
 def _place_of(scene: Scene, ball: str) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from billiard_shot import machine_code
+from billiard_shot.notebook import Shown
 from billiard_shot.scene import Scene, SceneLike
 from billiard_shot.scene.values import as_floats, check_type, LARGEST, positive
 from billiard_shot.shot.effects import model_of
@@ -89,9 +90,10 @@ def predict(
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class BatchResult:
+class BatchResult(Shown):
     """Predictions of n strokes; row by row what `predict` gives."""
 
+    scene: Scene
     velocity: NDArray[np.float64]  # (n, 3) m/s, at the end of the strike
     spin: NDArray[np.float64]  # (n, 3) rad/s
     cue_speed: NDArray[np.float64]  # (n,) m/s along the stroke
@@ -185,6 +187,7 @@ def predict_batch(
     played = play_many(strokes_in(scene, n, v, centre), tolerance)
     run, cues = played.run, played.run.cues
     return BatchResult(
+        scene=scene,
         velocity=cues['velocity'],
         spin=cues['spin'],
         cue_speed=cues['speed'],

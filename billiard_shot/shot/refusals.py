@@ -6,8 +6,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from billiard_shot.scene import Scene, SceneLike
+from billiard_shot.scene.errors import refused
 from billiard_shot.scene.player import ELEVATION
-from billiard_shot.scene.values import as_floats
+from billiard_shot.scene.values import as_float, as_floats
 from billiard_shot.shot.clear_elevation import Trials, write_clear_elevations
 from billiard_shot.shot.clearance import surroundings_of
 from billiard_shot.shot.effects import model_of
@@ -44,7 +45,10 @@ def refusals_in(
 
 
 def lowest_elevation(
-    scene: SceneLike, offsets: ArrayLike, position: ArrayLike | None = None
+    scene: SceneLike,
+    offsets: ArrayLike,
+    position: ArrayLike | None = None,
+    margin: float = 0.0,
 ) -> NDArray[np.float64]:
     """
     Find the lowest elevation of each of many strokes at which the cue has clearance.
@@ -56,6 +60,9 @@ def lowest_elevation(
         As of `predict_batch`; the elevation in them does not count.
     position : (3,) array_like, optional
         Centre of the cue ball [m]; by default where the scene has it.
+    margin : float
+        Angle by which the cue can be lower than that and still has clearance, and does not point
+        up [rad], 0 to pi/2.
 
     Returns
     -------
@@ -66,10 +73,12 @@ def lowest_elevation(
     Raises
     ------
     ValueError
-        If an array has another shape.
+        If an array has another shape, or the margin is out of range.
 
     """
     scene = Scene.load(scene)
+    if not 0.0 <= as_float(margin) <= 0.5 * math.pi:
+        raise refused(margin, f'0 to {0.5 * math.pi:.4g}', 'margin', 'rad')
     strokes = as_floats(offsets).copy()
     if strokes.ndim != 2 or strokes.shape[1] != 5:
         raise ValueError(f'offsets must be of shape (n, 5), got {strokes.shape}')
@@ -79,12 +88,12 @@ def lowest_elevation(
     strokes[:, ELEVATION] = 0.0
     strokes = playable_offsets(strokes)
     highest = 0.5 * math.pi - FINE_ELEVATION_STEP
-    begin = np.zeros(len(strokes))
-    coarse = first_free(scene, strokes, begin, COARSE_ELEVATION_STEP, highest, position=place)
-    begin = np.maximum(coarse - COARSE_ELEVATION_STEP + FINE_ELEVATION_STEP, 0.0)
-    strokes[:, ELEVATION] = first_free(
-        scene, strokes, begin, FINE_ELEVATION_STEP, highest, position=place
-    )
+    level = FINE_ELEVATION_STEP * math.ceil(margin / FINE_ELEVATION_STEP)
+    begin = np.full(len(strokes), level)
+    for step in (COARSE_ELEVATION_STEP, FINE_ELEVATION_STEP):
+        strokes[:, ELEVATION] = first_free(scene, strokes, begin, step, highest, margin, place)
+        below = strokes[:, ELEVATION] - COARSE_ELEVATION_STEP + FINE_ELEVATION_STEP
+        begin = np.maximum(below, level)
     playable = refusals_in(scene, *vectors_of(strokes), place) == Status.OK
     return np.where(playable, strokes[:, ELEVATION], np.inf)
 

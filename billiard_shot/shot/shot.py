@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.impact.collide import Phase, read_log
+from billiard_shot.notebook import Shown
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL, in_hand
 from billiard_shot.shot import story
@@ -38,7 +39,7 @@ class Impact:
 
 
 @dataclass(frozen=True, eq=False)
-class Shot:
+class Shot(Shown):
     """
     A predicted shot. Numbers are in SI units and the frame `table`; arrays cannot be changed.
 
@@ -75,9 +76,6 @@ class Shot:
 
     def __str__(self) -> str:
         return story.as_text(self)
-
-    def _repr_html_(self) -> str:
-        return story.as_html(self)
 
     @property
     def events(self) -> tuple[TableEvent, ...]:

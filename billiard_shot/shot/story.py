@@ -8,7 +8,6 @@ messages of the nodes, pictures and pages.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from html import escape
 import math
 import re
 import textwrap
@@ -95,16 +94,6 @@ def wrapped_fact(name: str, text: str) -> str:
         subsequent_indent=' ' * (2 + LABEL),
         break_on_hyphens=False,
     ).replace(NO_BREAK, ' ')
-
-
-def as_html(shot: Shot) -> str:
-    """Write status, sentence and facts as HTML, for notebooks."""
-    rows = ''.join(
-        f'<tr><th style="text-align: left">{escape(name)}</th>'
-        f'<td style="text-align: left">{escape(text)}</td></tr>'
-        for name, text in facts(shot).items()
-    )
-    return f'<p><b>{shot.status.name}</b>: {escape(sentence(shot))}</p><table>{rows}</table>'
 
 
 def _happenings(shot: Shot) -> Iterator[str]:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.compiled import inner
+from billiard_shot.notebook import Shown
 from billiard_shot.numerics import rounding
 from billiard_shot.records import Triple
 from billiard_shot.scene import Scene, SceneLike
@@ -23,7 +24,7 @@ SPEED_RANGE = 1.0 / LARGEST, LARGEST  # m/s
 
 
 @dataclass(frozen=True, slots=True, init=False)
-class Stroke:
+class Stroke(Shown):
     """
     A stroke of the cue at a ball at rest.
 
@@ -141,6 +142,8 @@ class Stroke:
         b: float = 0.0,
         elevation: float | None = None,
         elevation_deg: float | None = None,
+        margin: float | None = None,
+        margin_deg: float | None = None,
         correct_squirt: bool = False,
     ) -> Stroke:
         """
@@ -163,8 +166,14 @@ class Stroke:
         pocket : str
             Pocket into whose middle the ball shall go, instead of a cut angle.
         a, b, elevation, elevation_deg : float
-            As for `from_offsets`; by default the elevation is the lowest at which the cue has
-            room, in steps of a quarter of a degree.
+            As for `from_offsets`; by default the elevation is the lowest that leaves the margin,
+            in steps of a quarter of a degree.
+        margin : float
+            Angle by which the cue can be lower and still has room [rad], 0 to pi/2. By default
+            the cue has room for the errors of the scene's player: lower by three standard
+            deviations of the elevation, and of `b`. Fewer than 1 in 200 strokes are refused then.
+        margin_deg : float
+            The same angle in degrees.
         correct_squirt : bool
             Whether to turn the cue so that the cue ball leaves along the line, in spite of its
             side spin. Neither throw nor swerve is corrected: `plan` does that.
@@ -178,13 +187,17 @@ class Stroke:
         """
         from billiard_shot.shot.aim import aimed_stroke
 
+        half = 0.5 * math.pi
         if pocket is not None and (cut is not None or cut_deg is not None):
             raise ValueError('pocket must not be given together with a cut')
         if not isinstance(target, str) and (cut is not None or cut_deg is not None):
             raise ValueError('cut must not be given for a point; it needs a ball')
         if elevation is not None or elevation_deg is not None:
-            elevation = _angle('elevation', elevation, elevation_deg, 0.0, 0.5 * math.pi)
-        half = 0.5 * math.pi
+            if margin is not None or margin_deg is not None:
+                raise ValueError('margin must not be given together with an elevation')
+            elevation = _angle('elevation', elevation, elevation_deg, 0.0, half)
+        if margin is not None or margin_deg is not None:
+            margin = _angle('margin', margin, margin_deg, 0.0, half)
         return aimed_stroke(
             Scene.load(scene),
             target if isinstance(target, str) else tuple(_numbers('target', target, 2)),
@@ -194,6 +207,7 @@ class Stroke:
             a,
             b=b,
             elevation=elevation,
+            margin=margin,
             correct_squirt=correct_squirt,
         )
 

@@ -50,7 +50,7 @@ def add_aim_arguments(parser: argparse.ArgumentParser) -> None:
         nargs='+',
         metavar=('BALL', 'Y'),
         help='ball to hit, or X Y of a point (m), without correction for throw and swerve; the '
-        'default elevation is the lowest with room',
+        'default elevation leaves room for the errors of the player',
     )
     aim.add_argument(
         '--cut',

@@ -407,7 +407,7 @@ class TableBatch:
         Make a pandas DataFrame with a row for each table; places in m, times in s.
 
         `pocketed`, `off_table` and `to_cushion` are tuples of names, `first_contact` is a name or
-        None.
+        None, and `first_contact_time` is NaN without a first contact.
 
         Raises
         ------

@@ -1,6 +1,9 @@
 """The data behind the pictures, against the values that the paper and its notes state."""
 
+from itertools import pairwise
+import json
 import math
+from pathlib import Path
 import re
 import sys
 
@@ -12,18 +15,20 @@ from billiard_shot.cli import main
 from billiard_shot.pictures.collision import collision_figure, draw_collision
 from billiard_shot.pictures.figures import around, combination, english, FIGURES, jump, masse
 from billiard_shot.pictures.histories import history_of
-from billiard_shot.pictures.impulse import draw_two_balls
+from billiard_shot.pictures.impulse import draw_ping_pong, draw_two_balls
 from billiard_shot.pictures.paper_shots import paper_shot, turn_to_roll
 from billiard_shot.pictures.strike import grip_of
 from billiard_shot.pictures.trace import trace_of_collision, trace_of_strike
 from billiard_shot.pictures.trails import trails_of
 from billiard_shot.pictures.two_balls import normal_impulses, PING_PONG, TwoBalls
+from billiard_shot.pictures.view import view_data
 from billiard_shot.study.collisions import stacked
 from billiard_shot.table.run import TableRun
 from billiard_shot.table.trajectory import EventKind
 
 FIG4 = TwoBalls()
 LOST = re.compile(r', (-?[.\d]+) J of [.\d]+ J are lost')
+NUMBER = re.compile(r'−?\d+\.\d{4}')
 TRACE = FIG4.trace()
 STATES = FIG4.states(TRACE)
 
@@ -113,6 +118,58 @@ def test_losses_in_the_legend_add_up_to_the_loss_in_the_title(law, tmp_path):
     assert sum(float(each) for losses in legends for each in losses) == pytest.approx(
         title, abs=2e-3
     )
+
+
+@pytest.mark.parametrize('law', ['bistiffness', 'poisson', 'energetic'])
+def test_the_table_of_two_balls_ends_with_the_outcome(law, tmp_path):
+    balls = TwoBalls(law=law)
+    path = tmp_path / 'balls.svg'
+    draw_two_balls(path, balls)
+    texts = texts_of(path)
+    last = len(texts) - 1 - next(i for i, each in enumerate(reversed(texts)) if '(c) at' in each)
+    numbers = [float(each.replace('−', '-')) for each in texts[:last] if NUMBER.fullmatch(each)]
+    *_, v1, v2, e1, e2, kinetic = numbers
+    assert (v1, v2) == pytest.approx(balls.outcome(), abs=2e-4)
+    assert (e1, e2) == pytest.approx(TwoBalls(law=law).trace().energies[-1], abs=1e-3)
+    assert kinetic == pytest.approx(0.5 * (v1 * v1 + v2 * v2), abs=1e-3)
+
+
+def test_ping_pong_numbers_in_the_picture(tmp_path):
+    path = tmp_path / 'balls.svg'
+    draw_ping_pong(path)
+    texts = ' '.join(texts_of(path))
+    for law in ('energetic', 'bistiffness'):
+        upper, lower = TwoBalls(restitution=PING_PONG, v0=-1.0, law=law).outcome()
+        for name, part in (('upper', upper), ('lower', lower)):
+            assert f'{name} ball, {law}: {part:.4f} |v₀|' in texts
+
+
+def test_titles_of_figures_state_what_the_shots_do():
+    """Nearly half of the energy falls with the 8; the tip sticks, or presses three times."""
+    history = history_of(trails_of(combination()))
+    total = history.translation + history.rotation + history.height
+    falls = next(each.time for each in combination().run.events if each.kind == EventKind.POCKET)
+    lost = np.interp([falls - 1e-4, falls + 1e-4], history.time, total)
+    assert 0.4 < (lost[0] - lost[1]) / total[0] < 0.5
+    assert not english().miscue
+    assert english().stroke.speed == pytest.approx(3.0)
+    assert english().impact.phases[-1].active == (1,)
+    assert f'{masse().stroke.speed:.1f}' == '16.5'
+    tip = [0 in phase.active for phase in masse().impact.phases]
+    assert sum(now and not before for before, now in pairwise([False, *tip])) == 3
+    assert f'{math.degrees(jump().stroke.offsets[2]):.0f}' == '32'
+    assert around().stroke.offsets[2] == pytest.approx(math.radians(56))
+
+
+def test_the_home_page_shows_the_shot_of_its_command(tmp_path, monkeypatch):
+    text = (Path(__file__).parents[2] / 'docs' / 'index.md').read_text()
+    assert 'figures/table-jump.png' in text
+    monkeypatch.chdir(tmp_path)
+    command = re.search(r'^billiard-shot (view .*)$', text, re.MULTILINE)[1]
+    assert main(command.split()) == 0
+    page = (tmp_path / 'shot.html').read_text()
+    data = json.loads(re.search(r'<script id="data"[^>]*>(.*?)</script>', page)[1])
+    assert data['balls'] == json.loads(json.dumps(view_data(jump(), '')['balls']))
 
 
 @pytest.mark.parametrize('shot', [masse(), english()])

@@ -2,20 +2,27 @@
 
 from itertools import pairwise
 from pathlib import Path
+import re
 import sys
 
 import numpy as np
 import pytest
 
 from billiard_shot import BallState, predict, Scene, simulate, Stroke
+from billiard_shot.pictures import view
+from billiard_shot.pictures.plan import plan_figure
 from billiard_shot.pictures.table import (
     draw_shot,
     draw_trails,
+    MOVING_COLOURS,
     PALE_PATH,
-    path_colours,
     table_axes,
 )
-from billiard_shot.pictures.trails import ENDLESS_SHOWN, trails_of, trails_of_run
+from billiard_shot.pictures.trails import ENDLESS_SHOWN, path_colours, trails_of, trails_of_run
+from billiard_shot.planning.dispersion import sample_outcomes
+from billiard_shot.planning.limits import limits_of
+from billiard_shot.planning.result import RankedStroke
+from billiard_shot.planning.targets import Pot
 from billiard_shot.table.colours import ball_colour, CUE_BALL_COLOUR, is_striped, OTHER, POOL
 from billiard_shot.table.motion import Motion
 from billiard_shot.table.outline import outline_of
@@ -25,6 +32,7 @@ FROZEN = Scene.load('frozen_combination')
 COMBINATION = predict(
     FROZEN, Stroke.from_offsets(a=0, b=0.1, elevation=0.1, azimuth=0.55, speed=2)
 )
+BREAK = predict('eight_ball', Stroke.from_offsets(b=0.1, elevation_deg=5, azimuth_deg=-4, speed=8))
 MASSE = predict(Scene.load('paper'), Stroke((-2, -1, 12), (4, 0, -16)))
 drawn = pytest.importorskip  # matplotlib is an extra
 
@@ -130,7 +138,7 @@ def test_lines_tell_balls_by_colour_and_motions_by_style():
     trails = trails_of(COMBINATION)
     _, axes = table_axes(FROZEN)
     draw_trails(axes, trails)
-    colours = path_colours(trails)
+    colours = path_colours(trails, MOVING_COLOURS, PALE_PATH)
     assert list(colours) == ['cue', '1', '8']
     assert len(set(colours.values())) == 3
     legend = {line.get_label(): line for line in axes.get_lines()}
@@ -145,17 +153,55 @@ def test_lines_tell_balls_by_colour_and_motions_by_style():
     assert len({legend[motion].get_linestyle() for motion in ('rolls', 'slides')}) == 2
 
 
-def test_a_break_shows_what_matters():
+@pytest.mark.parametrize(
+    ('colours', 'pale'), [(MOVING_COLOURS, PALE_PATH), (view.PATHS, view.PALE_PATH)]
+)
+def test_a_break_shows_what_matters(colours, pale):
     """Cue ball, first contact, and balls that fall have a colour; the other balls are pale."""
-    drawn('matplotlib', reason='needs matplotlib, an extra')
-    trails = trails_of(
-        predict('eight_ball', Stroke.from_offsets(b=0.1, elevation_deg=5, azimuth_deg=-4, speed=8))
-    )
-    colours = path_colours(trails)
-    told = {name for name, colour in colours.items() if colour != PALE_PATH}
+    trails = trails_of(BREAK)
+    paths = path_colours(trails, colours, pale)
+    told = [name for name, colour in paths.items() if colour != pale]
     gone = {name for name in trails.balls if trails.end(name) is None}
-    assert told == {'cue', trails.first_contact} | gone
-    assert len(colours) > 10
+    assert set(told) == {'cue', trails.first_contact} | gone
+    assert paths['cue'] == colours[0]
+    assert len({paths[name] for name in told}) == len(told)
+    assert len(paths) > 10
+    few = path_colours(trails, colours[:2], pale)  # even if there are more than colours
+    assert sorted(few.values()) == sorted([*colours[:2], *[pale] * (len(paths) - 2)])
+
+
+@pytest.fixture(scope='module')
+def plan_and_picture():
+    drawn('matplotlib', reason='needs matplotlib, an extra')
+    scene = Scene.load('blocked')
+    stroke = Stroke.from_offsets(0.06, -0.001, 0.56, -0.02, 3.2)
+    limits = limits_of(scene, None, scene.noise)
+    planned = RankedStroke(
+        scene, Pot('8'), limits, stroke, successes=300, trials=1000, value=0.3, value_error=0.01
+    )
+    return planned, plan_figure(planned, sample_outcomes(planned, scene.noise, 20))
+
+
+def test_balls_are_pale_where_they_start_and_full_where_they_rest(plan_and_picture):
+    planned, picture = plan_and_picture
+    trails = trails_of(planned.shot)
+    starts = {(*trails.start(name)[:2], 0.35) for name in trails.balls if trails.moved(name)}
+    ends = [trails.end(name) for name in trails.balls]
+    full = {(*end[:2], 1.0) for end in ends if end is not None}
+    assert len(starts) > 1
+    for figure in (planned.shot.plot(), picture):
+        balls = [each for each in figure.axes[0].patches if each.get_zorder() in (2, 4)]
+        assert {(*ball.get_center(), ball.get_alpha() or 1.0) for ball in balls} == starts | full
+
+
+def test_the_title_of_a_plan_has_its_numbers(plan_and_picture):
+    planned, picture = plan_and_picture
+    title = picture.axes[0].get_title('left')
+    assert re.findall(r'[-+]?\d+(?:\.\d+)?', title) == [
+        *('30', '95', *re.findall(r'\d+(?:\.\d+)?', planned.estimate)[2:]),
+        *('+0.06', '+0.00', '32.1', '3.20'),
+    ]
+    assert title.startswith(f'{planned.kind}: success {planned.estimate}; a ')
 
 
 @pytest.mark.parametrize('shot', [COMBINATION, MASSE])

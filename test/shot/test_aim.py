@@ -5,9 +5,12 @@ import math
 
 import numpy as np
 import pytest
+from scipy.spatial.distance import pdist
 
-from billiard_shot import predict, Scene, Stroke
+from billiard_shot import lowest_elevation, predict, Scene, Stroke
 from billiard_shot.cli import main
+from billiard_shot.shot.refusals import refusals_in
+from billiard_shot.shot.stroke import vectors_of
 
 PLAIN = {'ball_ball': {'restitution': 1.0, 'friction_fast': 0, 'friction_slow': 0}}
 TABLE = Scene.from_dict(
@@ -53,7 +56,7 @@ def test_squirt_is_corrected_on_request():
 
 def test_the_cue_is_as_low_as_it_can_be():
     scene = dataclasses.replace(TABLE, balls={'cue': (-1.2, 0.0), '8': (0.2, 0.0)})
-    stroke = Stroke.at(scene, '8', speed=1.0)
+    stroke = Stroke.at(scene, '8', speed=1.0, margin=0.0)
     assert not predict(scene, stroke).status.refused
     _, _, elevation, azimuth, _ = stroke.offsets
     lower = Stroke.from_offsets(0.0, 0.0, elevation - math.radians(0.26), azimuth, 1.0)
@@ -61,6 +64,38 @@ def test_the_cue_is_as_low_as_it_can_be():
     assert Stroke.at(scene, '8', speed=1.0, elevation_deg=20).offsets[2] == pytest.approx(
         math.radians(20)
     )
+
+
+@pytest.mark.parametrize('margin_deg', [0.0, 0.6, 3.0])
+def test_the_cue_can_be_lower_by_the_margin(margin_deg):
+    stroke = Stroke.at(TABLE, '8', speed=1.0, margin_deg=margin_deg)
+    assert stroke == Stroke.at(TABLE, '8', speed=1.0, margin=math.radians(margin_deg))
+    elevation = stroke.offsets[2]
+    lowest = lowest_elevation(TABLE, [stroke.offsets])[0]
+    assert 0.0 <= math.degrees(elevation - lowest) - margin_deg < 0.25 + 1e-9
+    level = Stroke.at('pool', (1.0, 0.0), speed=1.0, margin_deg=margin_deg).offsets[2]
+    assert 0.0 <= math.degrees(level) - margin_deg < 0.25  # it does not point up
+
+
+@pytest.mark.parametrize('balls', [1, 6])
+def test_a_player_with_errors_has_room(balls):
+    """Of 10,000 strokes with errors fewer than 50 are refused; without a margin, 2000."""
+    draw = np.random.default_rng(4)
+    half = 0.5 * np.array([TABLE.table.length, TABLE.table.width]) - 1.1 * TABLE.ball.radius
+    refused = {None: 0, 0.0: 0}
+    for _ in range(100):
+        places = draw.uniform(-half, half, (1 + balls, 2))
+        while pdist(places).min() < 2.1 * TABLE.ball.radius:
+            places = draw.uniform(-half, half, (1 + balls, 2))
+        names = ['cue', *map(str, range(1, 1 + balls))]
+        scene = dataclasses.replace(TABLE, balls=dict(zip(names, places.tolist(), strict=True)))
+        a, b = draw.uniform(-0.3, 0.3, 2)
+        for margin in refused:
+            stroke = Stroke.at(scene, '1', speed=2.0, a=a, b=b, margin=margin)
+            played = vectors_of(scene.noise.sample(stroke, 100, draw))
+            refused[margin] += np.count_nonzero(refusals_in(scene, *played))
+    assert refused[0.0] > 1500
+    assert refused[None] < 50
 
 
 @pytest.mark.parametrize(
@@ -84,6 +119,9 @@ def test_the_cue_is_as_low_as_it_can_be():
         ((0.1, 0.2), {'cut': 0.1}, 'cut must not be given for a point'),
         ((-0.4, 0.1), {}, r'target must be a point other than .*, got \(-0.4, 0.1\)'),
         ((0.1, math.nan), {}, r'target must .*, got nan'),
+        ('8', {'margin_deg': 95}, 'margin_deg must be 0 to 90, got 95'),
+        ('8', {'margin': -0.1}, 'margin must be 0 to 1.571, got -0.1'),
+        ('8', {'margin': 0.1, 'elevation': 0.1}, 'margin must not be given together with'),
     ],
 )
 def test_what_cannot_be_aimed_at(target, options, text):

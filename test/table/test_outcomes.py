@@ -110,4 +110,7 @@ def test_a_data_frame_has_what_rules_ask():
     assert frame['first_contact'][0] == '1'
     assert frame['first_contact'].isna().tolist() == [False, True]
     assert '1' in frame['to_cushion'][0]
+    times = frame['first_contact_time']
+    assert times.isna().tolist() == [False, True]
+    assert times.describe()['mean'] == times[0]  # not infinite
     assert {'pocketed', 'off_table', 'cue_hits', 'cushions', 'cue_x', '1_y'} < set(frame.columns)

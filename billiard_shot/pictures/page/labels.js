@@ -3,7 +3,7 @@
 const GAP = 4; // pixels between a ball and its name
 const labels = data.balls.map((ball) => {
   const label = make('span', ball.name);
-  label.style.color = ball.path || '';
+  label.style.color = (!ball.pale && ball.path) || '';
   label.classList.toggle('dark', ball.path === '#000000');
   element('labels').append(label);
   return label;

@@ -141,9 +141,9 @@ class Renderer {
     gl.useProgram(program);
     gl.uniformMatrix4fv(places.camera, false, camera.matrix);
     gl.uniform2f(places.size, this.canvas.width, this.canvas.height);
-    gl.uniform1f(places.width, 2.2 * ratio);
     this.lines.forEach((line, i) => {
       if (!line.count || opacities[i] <= 0) return;
+      gl.uniform1f(places.width, (data.balls[i].pale ? 1 : 2.2) * ratio);
       gl.uniform3fv(places.c, shadeOf(data.balls[i].path));
       gl.uniform1f(places.opacity, opacities[i]);
       this.render(line);
