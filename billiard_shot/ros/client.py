@@ -1,12 +1,12 @@
 """Client of the nodes: waits for them, predicts, plans, plays, and watches the table."""
 
+from collections import defaultdict
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from time import monotonic
 from typing import Any
 import uuid
 
-from action_msgs.msg import GoalStatus
 from billiard_shot_msgs.action import ExecuteShot, PlanShot
 from billiard_shot_msgs.msg import CueState, Plan, TableState, Target
 from billiard_shot_msgs.srv import Arm, PredictShot
@@ -82,10 +82,6 @@ class CanceledError(RuntimeError):
     """A wait of the client was canceled."""
 
 
-class NoPlanError(RuntimeError):
-    """The planner has found no stroke; the message says why."""
-
-
 class RobotClient(Node):
     """
     Node that asks the other nodes and watches the table.
@@ -134,7 +130,8 @@ class RobotClient(Node):
         self.create_subscription(TableState, 'table_state', self._on_table, LATCHED)
         self.create_subscription(DiagnosticArray, '/diagnostics', self._on_diagnostics, 10)
         self.create_subscription(Log, '/rosout', self._on_log, EVERY_LOG)
-        self._last_log: dict[str, tuple[str, float]] = {}  # by node, with the time [s]
+        # What each node has logged last, and when [s].
+        self._last_log: defaultdict[str, tuple[str, float]] = defaultdict(lambda: ('', 0.0))
         self.create_subscription(CueState, 'cue_driver/state', self.states.append, EVERY_STATE)
         self.safety_publishers: dict[str, Publisher[Bool]] = {}
         self._discovered = monotonic() + DISCOVERY
@@ -164,9 +161,9 @@ class RobotClient(Node):
         self.table = message
 
     def _on_log(self, message: Log) -> None:
-        node, said = message.name.replace('.', '/'), printable(message.msg)
-        if said != self._last_log.get(node, ('', 0.0))[0]:
-            self._last_log[node] = said, monotonic()
+        path, said = f'/{message.name}'.replace('.', '/'), printable(message.msg)
+        if said != self._last_log[path][0]:
+            self._last_log[path] = said, monotonic()
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:
@@ -236,7 +233,7 @@ class RobotClient(Node):
         path = self.resolve_topic_name(name)
         while not self.until(ready, min(silence, begin + self._timeout - monotonic())):
             if name != 'cue_driver':  # which logs again and again why it is not ready
-                begin = max(begin, self._last_log.get(path.strip('/'), ('', begin))[1])
+                begin = max(begin, self._last_log[path][1])
             words = f'{path}: {self._reason(name)}'
             if monotonic() > begin + self._timeout:
                 raise NotReadyError(f'{words}; waited for {self._timeout:g} s')
@@ -251,7 +248,7 @@ class RobotClient(Node):
         if (node, path.rpartition('/')[0] or '/') not in self.get_node_names_and_namespaces():
             return 'no such node is known so far'
         if node != 'cue_driver':
-            said, _ = self._last_log.get(path.strip('/'), ('', 0.0))
+            said, _ = self._last_log[path]
             return f'the node is starting: {said}' if said else 'the node is starting'
         return '; '.join(self.problems) or 'the node is starting'
 
@@ -305,16 +302,14 @@ class RobotClient(Node):
         """Call the predictor."""
         return self.call(self._predict, request, attempts=15)
 
-    def plan(self, target: Target, budget: int = 0) -> PlanShot.Result:
-        """Plan for a target and the current balls; NoPlanError if no stroke is found."""
+    def plan(self, target: Target, budget: int = 0) -> Any:
+        """Plan for a target and the current balls; return the status and result of the goal."""
         request = PlanShot.Goal(target=target, balls=self.known_table().balls, budget=budget)
         with self.acting('plan_shot', self._plan, request) as answer:
             self.until(answer, PLAN_TIME)
         if not (ended := answer()):
-            raise NoPlanError(f'no plan within {PLAN_TIME:g} s')
-        if ended.status != GoalStatus.STATUS_SUCCEEDED:
-            raise NoPlanError(ended.result.message)
-        return ended.result
+            raise NotReadyError(f'action plan_shot: no plan within {PLAN_TIME:g} s')
+        return ended
 
     def goal(
         self, stroke: Stroke, balls: Balls, scene: Scene, shot_id: str, valid_for: float = VALIDITY
@@ -368,7 +363,8 @@ class RobotClient(Node):
                 if waits(lambda: self._is_aimed(goal)):
                     on_aimed()
                     if waits(may_fire):
-                        self._arm_and_wait(goal.plan.shot_id, answer, left)
+                        armed = self.arm(goal.plan.shot_id)
+                        waits(lambda: armed.done() and not result_of(armed).success)
             except CanceledError as error:
                 canceled = error
         ended = answer()
@@ -377,12 +373,6 @@ class RobotClient(Node):
         if not ended:
             raise NotReadyError('action execute_shot does not end')
         return ended
-
-    def _arm_and_wait(self, shot_id: str, answer: Callable[[], Any], left: float) -> None:
-        armed = self.arm(shot_id)
-        self.until(lambda: armed.done() or answer(), ANSWER_TIMEOUT)
-        if not (armed.done() and not result_of(armed).success):
-            self.until(answer, left)
 
     def arm(self, shot_id: str) -> 'Future[Any]':
         """Arm the aimed shot; return the future of the answer, and log it if it is refused."""
@@ -409,12 +399,6 @@ class RobotClient(Node):
                 return result_of(sent)
             client.remove_pending_request(sent)
         raise NotReadyError(f'no answer from {client.service_name} within {ANSWER_TIMEOUT:g} s')
-
-    def answer(self, sent: 'Future[Any]', name: str) -> Any:
-        """Wait for the future of an answer, and return the answer; `name` is who is to answer."""
-        if not self.until(sent.done, ANSWER_TIMEOUT):
-            raise NotReadyError(f'no answer from {name} within {ANSWER_TIMEOUT:g} s')
-        return result_of(sent)
 
     @contextmanager
     def acting(
@@ -446,10 +430,12 @@ class RobotClient(Node):
 
         sent, ended = action.send_goal_async(goal, hear), None
         try:
-            handle = self.answer(sent, f'action {name}')
+            if not self.until(sent.done, ANSWER_TIMEOUT):
+                raise NotReadyError(f'no answer from action {name} within {ANSWER_TIMEOUT:g} s')
+            handle = result_of(sent)
             if not handle.accepted:
-                plays = action is not self.execute_shot
-                why = 'another goal is carried out' if plays else self._reason('cue_driver')
+                drives = action is self.execute_shot
+                why = self._reason('cue_driver') if drives else 'another goal is carried out'
                 raise NotReadyError(f'action {name} rejects the goal: {why}')
             ended = handle.get_result_async()
             yield answer

@@ -10,6 +10,7 @@ from billiard_shot_msgs.action import PlanShot
 from billiard_shot_msgs.msg import RankedPlan, TableState, Target
 from geometry_msgs.msg import Point, Vector3
 from std_msgs.msg import Header
+import yaml
 
 from billiard_shot import PlanResult, Scene
 from billiard_shot.perception import gate
@@ -51,7 +52,7 @@ class PlanRequest:
     """Arguments of `billiard_shot.plan`."""
 
     scene: Scene
-    target: dict[str, Any]
+    target: targets.Target | dict[str, Any]
     noise: Noise
     constraints: dict[str, Any]
     budget: int
@@ -76,12 +77,9 @@ def plan_request_of(
     if goal.sample_count > MAX_SAMPLES:
         raise ValueError(f'sample_count must be at most {MAX_SAMPLES}, got {goal.sample_count}')
     check_frame('header.frame_id', goal.header, frame)
-    for name, names in (
-        ('first_contact', goal.first_contact),
-        ('keep', goal.keep),
-        ('target.balls', goal.target.balls),
-        ('target.pockets', goal.target.pockets),
-    ):
+    of_balls = {name: list(getattr(goal, name)) for name in ('keep', 'first_contact')}
+    of_target = {f'target.{name}': getattr(goal.target, name) for name in ('balls', 'pockets')}
+    for name, names in (of_balls | of_target).items():
         gate.check_count(name, names)
         for each in names:
             gate.check_name(name, each)
@@ -91,19 +89,16 @@ def plan_request_of(
         scene, balls = requested_scene(scene, goal.balls)
     elif table is not None:
         scene, balls = table_scene(scene, table, frame)
-    constraints = dict(default.constraints)
+    constraints = default.constraints
     if goal.limits:
         constraints = asdict(record_of(Robot, goal.limits[0], 'limits'))
-    for name in ('keep', 'first_contact'):
-        if names := list(getattr(goal, name)):
-            constraints[name] = names
+    constraints = constraints | {name: names for name, names in of_balls.items() if names}
     noise = record_of(Noise, goal.noise[0], 'noise') if goal.noise else default.noise
     if not (goal.noise and goal.noise[0].balls):
         noise = replace(noise, balls=max(noise.balls, largest_deviation(balls)))
-    target = requested_target(goal.target) or default.target
     return PlanRequest(
         scene,
-        target,
+        requested_target(goal.target) or default.target,
         noise,
         constraints,
         goal.budget or default.budget,
@@ -195,6 +190,14 @@ def requested_target(target: Target) -> dict[str, Any] | None:
                 f'target.kind must be one of its constants, 0 to 5, got {target.kind}'
             )
     return {name: value for name, value in {**found, 'radius': target.radius}.items() if value}
+
+
+def target_in(text: str) -> targets.Target:
+    """Read a target from YAML; ValueError if it has mistakes. `plan` checks if it fits a scene."""
+    try:
+        return targets.read_target(yaml.safe_load(text))
+    except yaml.YAMLError as error:
+        raise ValueError(f'target: {text!r} is not YAML: {error}') from None
 
 
 def target_message(target: targets.Target | Mapping[str, Any]) -> Target:

@@ -16,11 +16,9 @@ from rclpy.action import ActionServer, CancelResponse
 from rclpy.node import Node
 from rclpy.task import Future
 from visualization_msgs.msg import MarkerArray
-import yaml
 
 from billiard_shot import plan, PlanResult, Scene, Status
 from billiard_shot.planning.runner import Progress
-from billiard_shot.planning.targets import read_target
 from billiard_shot.ros import display, parameters, plan_conversions
 from billiard_shot.ros.node_runner import (
     BURST,
@@ -31,7 +29,7 @@ from billiard_shot.ros.node_runner import (
     wait_for_library,
 )
 from billiard_shot.ros.parameters import check_scene, checked, OfTable
-from billiard_shot.ros.plan_conversions import PlanRequest
+from billiard_shot.ros.plan_conversions import PlanRequest, target_in
 from billiard_shot.scene import Noise, Robot
 from billiard_shot.scene.fields import number, whole_number
 
@@ -40,14 +38,6 @@ BEST_SAMPLES = 200
 
 FEEDBACK_PERIOD = 0.1
 """Shortest time between two feedback messages [s]."""
-
-
-def _check_target(text: str) -> None:
-    """Raise ValueError if a target has mistakes; `plan` checks whether it fits the scene."""
-    try:
-        read_target(yaml.safe_load(text))
-    except yaml.YAMLError as error:
-        raise ValueError(f'target: {text!r} is not YAML: {error}') from None
 
 
 @dataclass(frozen=True)
@@ -73,7 +63,7 @@ class PlannerParameters(OfTable):
     """
 
     scene: str = checked('paper', check_scene)
-    target: str = checked('{rest: [0.5, -0.3], radius: 0.1}', _check_target)
+    target: str = checked('{rest: [0.5, -0.3], radius: 0.1}', target_in)
     budget: int = whole_number(minimum=1, maximum=10_000_000, default=60_000)
     time_limit: float = number('s', minimum=0.0, maximum=3600.0, default=0.0)
     seed: int = whole_number(minimum=0, maximum=2**31 - 1, default=1)
@@ -141,7 +131,7 @@ class Planner(Node):
         limits = {name: self.get_parameter(name).value for name in usual}
         self._default = PlanRequest(
             scene,
-            yaml.safe_load(own.target),
+            target_in(own.target),
             scene.noise,
             {name: value for name, value in limits.items() if value != usual[name]},
             own.budget,

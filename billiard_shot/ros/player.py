@@ -22,16 +22,14 @@ from action_msgs.msg import GoalStatus
 from billiard_shot_msgs.action import ExecuteShot
 from billiard_shot_msgs.srv import PredictShot
 from rclpy.signals import SignalHandlerOptions
-import yaml
 
 from billiard_shot import Scene, Status, Stroke
 from billiard_shot.cue.outcome import GoalOutcome, RefusedError
 from billiard_shot.planning.at_rest import reached_at_rest
 from billiard_shot.planning.statistics import estimate_in_words
-from billiard_shot.planning.targets import read_target, Target
+from billiard_shot.planning.targets import Target
 from billiard_shot.ros import conversions
 from billiard_shot.ros.client import (
-    NoPlanError,
     NotReadyError,
     RobotClient,
     short_id,
@@ -46,7 +44,7 @@ from billiard_shot.ros.node_runner import (
     steady_timer,
     wait_for_library,
 )
-from billiard_shot.ros.plan_conversions import target_message
+from billiard_shot.ros.plan_conversions import target_in, target_message
 from billiard_shot.ros.terminal import FIRE, say, TypedLines
 from billiard_shot.ros.turn_client import add_turn_arguments, first_state, play_turn
 from billiard_shot.ros.turn_server import TurnServer
@@ -100,6 +98,8 @@ def play_shot(client: RobotClient, name: str, goal: ExecuteShot.Goal, arm: bool)
     typed = TypedLines()
 
     def tell_how_to_fire() -> None:
+        if arm:
+            return
         while typed.next() is not None:
             pass  # a word that was typed before does not fire
         service = client.resolve_service_name('cue_driver/arm')
@@ -108,11 +108,7 @@ def play_shot(client: RobotClient, name: str, goal: ExecuteShot.Goal, arm: bool)
             f'billiard_shot_msgs/srv/Arm "{{shot_id: {plan.shot_id}}}"'
         )
 
-    asked: tuple[Callable[[], bool], Callable[[], object]] = (
-        lambda: typed.next() == FIRE,
-        tell_how_to_fire,
-    )
-    response = client.execute(goal, *(() if arm else asked))
+    response = client.execute(goal, lambda: arm or typed.next() == FIRE, tell_how_to_fire)
     result = response.result
     executed = f'  executed    {GoalOutcome(result.outcome).name}: {result.message}'
     if response.status != GoalStatus.STATUS_SUCCEEDED:
@@ -152,10 +148,10 @@ def play_target(
     client: RobotClient, text: str, target: Target, options: argparse.Namespace
 ) -> bool:
     """Plan for a target, play, and print the result; return False if it was missed."""
-    try:
-        result = client.plan(target_message(target), options.budget)
-    except NoPlanError as error:
-        say(f'{text}: {error}')
+    answer = client.plan(target_message(target), options.budget)
+    result = answer.result
+    if answer.status != GoalStatus.STATUS_SUCCEEDED:
+        say(f'{text}: {result.message}')
         return False
     best = result.plans[0]
     success = estimate_in_words(best.success, best.trials, (best.success_low, best.success_high))
@@ -179,10 +175,10 @@ def play_target(
 
 def _target(text: str) -> tuple[str, Target]:
     try:
-        target = read_target(yaml.safe_load(text))
+        target = target_in(text)
         target_message(target)  # refuses targets that the action does not take
         return text, target
-    except (ValueError, yaml.YAMLError) as error:
+    except ValueError as error:
         raise argparse.ArgumentTypeError(str(error)) from None
 
 
