@@ -90,7 +90,7 @@ def take_shot(
 
     """
     cpu, wall = process_time(), perf_counter()
-    seen, decision, refusal = _decision(agent, state)
+    seen, decision, refusal = decision_of(agent, state)
     times = process_time() - cpu, perf_counter() - wall
     if refusal:
         ruling = concede(seen, refusal)
@@ -124,7 +124,7 @@ def replayed(record: RackRecord, scene: Scene) -> Iterator[tuple[PlayedShot, Sho
             yield shot, predict(at, at.noise.perturb(stroke, errors, at.ball.radius))
 
 
-def _decision(agent: Agent, state: State) -> tuple[State, Decision, str]:
+def decision_of(agent: Agent, state: State) -> tuple[State, Decision, str]:
     """Ask an agent; return the state with the cue ball placed, and why a move is illegal."""
     if state.places_cue_ball:
         x, y = agent.place(state)
@@ -132,6 +132,8 @@ def _decision(agent: Agent, state: State) -> tuple[State, Decision, str]:
             return state, Decision(), f'the cue ball must be {why}, got {(x, y)} (m)'
         state = state.with_cue_ball(x, y)
     decision = agent.decide(state)
+    if not isinstance(decision, Decision):
+        raise TypeError(f'decide must return a Decision, got {decision!r}')
     if decision.choice not in (state.choices or ('',)):
         return state, Decision(), f'{decision.choice!r} is not a choice'
     return state, decision, ''
