@@ -34,6 +34,9 @@ CHECK = 'check'
 MAX_SAMPLES = 10_000
 """Largest number of trajectory samples in one answer."""
 
+SHOWN_SAMPLES = 200
+"""Number of samples of a trajectory that is shown, on `predictor/path` and `planner/best`."""
+
 
 def checked(default: Any, check: Callable[[Any], object]) -> Any:
     """Field whose bad values make `check` raise ValueError or OSError."""
