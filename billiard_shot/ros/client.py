@@ -41,14 +41,11 @@ VALIDITY = 60.0
 SAFETY_INPUTS = {'estop': False, 'interlock': True}
 """Topics of the safety inputs, and the values that allow motion."""
 
-SAFETY_PERIOD = 0.05
-"""Time between two messages of the simulated safety inputs [s]."""
-
 DISCOVERY = 1.0
 """Time for discovering other publishers before the safety inputs are simulated [s]."""
 
-SPIN_TIME = 0.05
-"""Longest time for which the client waits for a message at once [s]."""
+LOOK_PERIOD = 0.05
+"""Time after which the client looks again for what it waits for, and publishes again [s]."""
 
 QUIET_WAIT = 2.0
 """Time [s] after which the client logs what it waits for, and why."""
@@ -142,7 +139,7 @@ class RobotClient(Node):
             self.safety_publishers = {
                 name: self.create_publisher(Bool, name, 10) for name in SAFETY_INPUTS
             }
-            self.create_timer(SAFETY_PERIOD, self._publish_safety_inputs)
+            self.create_timer(LOOK_PERIOD, self._publish_safety_inputs)
 
     def _publish_safety_inputs(self) -> None:
         own = self.get_name(), self.get_namespace()
@@ -184,7 +181,7 @@ class RobotClient(Node):
                 raise CanceledError('canceled')
             if monotonic() > deadline:
                 return False
-            rclpy.spin_once(self, timeout_sec=SPIN_TIME)
+            rclpy.spin_once(self, timeout_sec=LOOK_PERIOD)
         return True
 
     @contextmanager
@@ -273,20 +270,15 @@ class RobotClient(Node):
         Wait until all balls rest, and return those on the table.
 
         Detections from before the strike are ignored, because a camera or simulation without
-        enough processor time shows the earlier positions for a while.
-
-        Raises
-        ------
-        TableUnknownError
-            If no newer table state is received, or a ball moves on or is not seen.
-
+        enough processor time shows the earlier positions for a while. If no newer table state is
+        received, or a ball moves on or is not seen, TableUnknownError says so.
         """
         deadline = monotonic() + seconds
         watch = RestWatch()
         while why := self._early(strike) or watch.restless(self.balls(), monotonic()):
             if monotonic() > deadline:
                 raise TableUnknownError(f'table_state: {why} after {seconds:g} s')
-            self.until(lambda: False, SPIN_TIME)
+            self.until(lambda: False, LOOK_PERIOD)
         return self.balls()
 
     def _early(self, strike: Time | None) -> str:
@@ -317,11 +309,7 @@ class RobotClient(Node):
         """
         Make a goal for a stroke that somebody has chosen for these balls, not for later ones.
 
-        Raises
-        ------
-        RefusedError
-            If the cue ball is not on the table.
-
+        RefusedError says so if the cue ball is not on the table.
         """
         if CUE_BALL not in balls:
             raise RefusedError(

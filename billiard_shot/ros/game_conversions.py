@@ -24,13 +24,7 @@ def state_of(message: GameState, balls: Mapping[str, tuple[float, float]], scene
     """
     Read the state of a game on the table of a scene, with the balls at their places (x, y) [m].
 
-    A cue ball in hand is not on the table, wherever it lies.
-
-    Raises
-    ------
-    ValueError
-        With every invalid field, its value and the allowed range.
-
+    A cue ball in hand is not on the table, wherever it lies. ValueError names all mistakes.
     """
     if scene.table is None:
         raise ValueError('scene: a game needs a table')

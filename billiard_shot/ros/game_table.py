@@ -60,11 +60,7 @@ class GameTable:
         """
         Outcome of the last shot by a simulated table; None if the table is not simulated.
 
-        Raises
-        ------
-        TableUnknownError
-            If the simulated table publishes none, or a wrong one.
-
+        If the simulated table publishes none, or a wrong one, TableUnknownError says so.
         """
         if not self.client.count_publishers('table_sim/shot'):
             return None
@@ -80,12 +76,7 @@ class GameTable:
         Wait until the balls lie as a state says; return it with their real places, and the balls.
 
         If balls lie elsewhere, `tell` is called with a message and with the places of all balls.
-
-        Raises
-        ------
-        TableUnknownError
-            If the balls are not put in their places, or are not known.
-
+        If these are not put in their places, or are not known, TableUnknownError says so.
         """
         seen = self.client.wait_for_rest()
         if moves := _moves(seen, state.balls):

@@ -67,12 +67,7 @@ def plan_request_of(
     """
     Make the request for a goal; missing values are those of `default` or of the table state.
 
-    Raises
-    ------
-    ValueError
-        With the field, its value, and the allowed range. Fields that the library checks are not
-        checked here.
-
+    ValueError names the mistakes, but not in fields that `plan` checks.
     """
     if goal.sample_count > MAX_SAMPLES:
         raise ValueError(f'sample_count must be at most {MAX_SAMPLES}, got {goal.sample_count}')
@@ -113,13 +108,7 @@ def record_of(kind: type[R], message: Any, field: str) -> R:
     Make a record of the library from a message with the same fields.
 
     Angles are in radians in the message. They are in degrees in the record, where the names of
-    their fields end in `_deg`.
-
-    Raises
-    ------
-    ValueError
-        For each mistake, the name of the message's field, which begins with `field`.
-
+    their fields end in `_deg`. ValueError names the fields of the message, below `field`.
     """
     values, paths = {}, {}
     for each in fields(cast(Any, kind)):
@@ -201,15 +190,7 @@ def target_in(text: str) -> targets.Target:
 
 
 def target_message(target: targets.Target | Mapping[str, Any]) -> Target:
-    """
-    Make the message of a target in the form that `plan` takes.
-
-    Raises
-    ------
-    ValueError
-        With every invalid field, its value and the allowed range.
-
-    """
+    """Make the message of a target as `plan` takes it; ValueError names its mistakes."""
     found = targets.read_target(target)
     message = Target(radius=getattr(found, 'radius', 0.0))
     point: Place | None

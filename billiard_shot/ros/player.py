@@ -30,6 +30,7 @@ from billiard_shot.planning.statistics import estimate_in_words
 from billiard_shot.planning.targets import Target
 from billiard_shot.ros import conversions
 from billiard_shot.ros.client import (
+    LOOK_PERIOD,
     NotReadyError,
     RobotClient,
     short_id,
@@ -60,9 +61,6 @@ MAX_VALIDITY = 3600.0
 
 MAX_BUDGET = 2**32 - 1
 """Largest number of strokes to simulate that fits into a goal."""
-
-SIGNAL_PERIOD = 0.05
-"""Time between two checks for caught signals [s]."""
 
 PLAYED, SHOT_FAILED, NOT_READY = 0, 1, 3
 """Exit codes; argparse ends with 2."""
@@ -233,7 +231,7 @@ def run_client(
             signal.signal(number, lambda number, _: caught.append(number))
         try:
             client = RobotClient(name if serves else f'{name}_client', **options)
-            steady_timer(client, SIGNAL_PERIOD, end_if_caught)
+            steady_timer(client, LOOK_PERIOD, end_if_caught)
             gc.freeze()  # a long garbage collection would silence the safety inputs
             code = PLAYED if work(client) else SHOT_FAILED
         except NotReadyError as error:

@@ -71,8 +71,6 @@ def main(args: Sequence[str] | None = None) -> None:
     table = 'with the balls of table_state; otherwise with those of the scenes'
     add('--table', action='store_true', help=table)
     add('--brief', action='store_true', help='two lines for each stroke')
-    tolerance = "largest error of the trajectory in metres (the predictor's parameter)"
-    add('--tolerance', type=float, default=0.0, metavar='M', help=tolerance)
     options = parser.parse_args(own_arguments(args))
     try:
         scene = Scene.load(options.scene)
@@ -91,7 +89,6 @@ def main(args: Sequence[str] | None = None) -> None:
         for name, stroke in strokes.items():
             request = request_of(stroke, scene, ball)
             request.use_table_state, request.all_balls = options.table, True
-            request.tolerance = options.tolerance
             response = client.predict(request)
             say(f'{name}: {stroke}\n{response_text(response, options.brief)}')
             refused |= Status(response.status).refused
