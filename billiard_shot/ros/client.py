@@ -32,39 +32,19 @@ from billiard_shot.ros.node_runner import BURST, EVERY_LOG, EVERY_STATE, LATCHED
 from billiard_shot.scene.errors import printable
 from billiard_shot.scene.placement import CUE_BALL
 
-START_UP = 120.0
-"""Time to wait for a node [s]; a node may have to compile the library first."""
+SAFETY_INPUTS = {'estop': False, 'interlock': True}  # and the values that allow motion
 
-VALIDITY = 60.0
-"""Time within which a shot must be fired, if the caller does not say [s]."""
-
-SAFETY_INPUTS = {'estop': False, 'interlock': True}
-"""Topics of the safety inputs, and the values that allow motion."""
-
-DISCOVERY = 1.0
-"""Time for discovering other publishers before the safety inputs are simulated [s]."""
-
-LOOK_PERIOD = 0.05
-"""Time after which the client looks again for what it waits for, and publishes again [s]."""
-
-QUIET_WAIT = 2.0
-"""Time [s] after which the client logs what it waits for, and why."""
-
-REMINDER = 8.0
-"""Time between two messages in the log about the same wait [s]."""
-
-ANSWER_TIMEOUT = 30.0
-"""Longest time in which a node answers, if the machine is busy [s]."""
-
+VALIDITY = 60.0  # s within which a shot must be fired, if the caller does not say
+START_UP = 120.0  # s to wait for a node, which may have to compile the library first
+DISCOVERY = 1.0  # s to discover other publishers before the safety inputs are simulated
+LOOK_PERIOD = 0.05  # s after which the client looks again for what it waits for
+QUIET_WAIT = 2.0  # s after which the client logs what it waits for, and why
+REMINDER = 8.0  # s after which it logs that again
+ANSWER_TIMEOUT = 30.0  # s in which a node answers, if the machine is busy
+PLAN_TIME = 600.0  # s for a plan
+# s in which a node ends a cancelled goal. If the client went on before, the next shot could be
+# refused because the driver is busy.
 CANCEL_TIME = 10.0
-"""
-Longest time in which a node ends a cancelled goal [s].
-
-If the client went on before, the next shot could be refused because the driver is busy.
-"""
-
-PLAN_TIME = 600.0
-"""Longest time for a plan [s]."""
 
 
 class NotReadyError(RuntimeError):

@@ -17,12 +17,9 @@ from billiard_shot.ros.processes import command, config_file, quiet_environment,
 from billiard_shot.ros.robot import nodes_of
 
 PREDICTOR = {'predictor': ('-p', 'scene:=paper', '--log-level', 'warn')}
-
-DEMO_SCENE = 'robot_table'
-"""Scene of the mechanical cue."""
-
+DEMO_SCENE = 'robot_table'  # of the mechanical cue
+# Arguments of all nodes; each node takes those that it has.
 QUICK = ('-p', 'real_time_factor:=4.0', '-p', 'rate:=100.0', '--log-level', 'error')
-"""Arguments of all nodes; each node takes those that it has."""
 
 STROKES = str(Path(__file__).with_name('demo_strokes.yaml'))
 TARGET = '{rest: [0.5, -0.3], radius: 0.1}'

@@ -14,9 +14,8 @@ from billiard_shot.scene import Scene
 from billiard_shot.scene.errors import refused
 from billiard_shot.scene.placement import CUE_BALL
 
+# Fields of a state that the message does not have.
 OF_THE_TABLE = ('length', 'width', 'radius', 'balls', 'time_left')
-"""Fields of a state that the message does not have."""
-
 NOBODY = -1
 
 

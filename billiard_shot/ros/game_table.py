@@ -23,17 +23,10 @@ from billiard_shot.ros.game_conversions import balls_message
 from billiard_shot.ros.node_runner import LATCHED
 from billiard_shot.shot.replay import from_json
 
-PLACE_TOLERANCE = 0.01
-"""Largest distance of a ball from its place [m]; the player then decides for where it lies."""
-
-PLACE_TIME = 600.0
-"""Longest time in which balls are put somewhere by hand [s]."""
-
-FORGET_PERIOD = 2.0
-"""Time between two calls that make a tracker forget the balls [s]."""
-
-RECORD_TIME = 5.0
-"""Longest time in which a simulated table publishes its record of a shot [s]."""
+PLACE_TOLERANCE = 0.01  # m of a ball from its place; the player then decides for where it lies
+PLACE_TIME = 600.0  # s in which balls are put somewhere by hand
+FORGET_PERIOD = 2.0  # s between two calls that make a tracker forget the balls
+RECORD_TIME = 5.0  # s in which a simulated table publishes its record of a shot
 
 
 class GameTable:

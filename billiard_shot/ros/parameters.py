@@ -30,12 +30,8 @@ from billiard_shot.scene.fields import NUMBER, TAKES, WHOLE
 K = TypeVar('K')
 
 CHECK = 'check'
-
-MAX_SAMPLES = 10_000
-"""Largest number of trajectory samples in one answer."""
-
-SHOWN_SAMPLES = 200
-"""Number of samples of a trajectory that is shown, on `predictor/path` and `planner/best`."""
+MAX_SAMPLES = 10_000  # of the trajectories in one answer
+SHOWN_SAMPLES = 200  # of a trajectory that is shown, on `predictor/path` and `planner/best`
 
 
 def checked(default: Any, check: Callable[[Any], object]) -> Any:

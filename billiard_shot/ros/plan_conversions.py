@@ -30,8 +30,7 @@ from billiard_shot.scene import Noise, Robot
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.scene.rack import Place
 
-DEGREES = '_deg'
-"""End of the names of angles in degrees."""
+DEGREES = '_deg'  # end of the names of angles in degrees
 
 R = TypeVar('R')
 

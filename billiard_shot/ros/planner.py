@@ -33,8 +33,7 @@ from billiard_shot.ros.plan_conversions import PlanRequest, target_in
 from billiard_shot.scene import Noise, Robot
 from billiard_shot.scene.fields import number, whole_number
 
-FEEDBACK_PERIOD = 0.1
-"""Shortest time between two feedback messages [s]."""
+FEEDBACK_PERIOD = 0.1  # s between two feedback messages, or more
 
 
 @dataclass(frozen=True)

@@ -56,14 +56,9 @@ from billiard_shot.shot.stroke_options import (
     strokes_given,
 )
 
-MAX_VALIDITY = 3600.0
-"""Longest time within which a shot must be fired [s]."""
-
-MAX_BUDGET = 2**32 - 1
-"""Largest number of strokes to simulate that fits into a goal."""
-
-PLAYED, SHOT_FAILED, NOT_READY = 0, 1, 3
-"""Exit codes; argparse ends with 2."""
+MAX_VALIDITY = 3600.0  # s within which a shot must be fired
+MAX_BUDGET = 2**32 - 1  # strokes to simulate; no larger number fits into a goal
+PLAYED, SHOT_FAILED, NOT_READY = 0, 1, 3  # exit codes; argparse ends with 2
 
 CLIENT_HELP = """\
 exit codes:

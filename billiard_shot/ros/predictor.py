@@ -35,8 +35,7 @@ from billiard_shot.ros.parameters import (
 from billiard_shot.scene.fields import number, whole_number
 from billiard_shot.shot.replay import to_json
 
-SHOW_DELAY = 0.05
-"""Delay from an answer to its path and markers [s]; of several answers, the last is shown."""
+SHOW_DELAY = 0.05  # s from an answer to its path and markers; of several, the last is shown
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,7 @@ import time
 from billiard_shot.ros.node_runner import own_arguments, parser_of
 from billiard_shot.ros.processes import quick_environment, running, SIMULATION
 
-PROCESS_POLL_PERIOD = 0.2
-"""Time between two checks whether all nodes still run [s]."""
+PROCESS_POLL_PERIOD = 0.2  # s between two checks whether all nodes still run
 
 
 def nodes_of(

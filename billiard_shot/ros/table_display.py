@@ -27,9 +27,7 @@ CLOTH, CUSHION, WOOD, HOLE, TEXT = map(
 THICKNESS = 0.03  # m, of the bed
 CLOTH_SIZE = 8.0  # m, side of the square that shows an infinite cloth
 MARKER_LIFT = 5e-4  # m, height of flat markers above the surface under them
-
-MIN_CHANGE = 1e-5
-"""Smallest shown motion of a ball [m]; a smaller one may be noise."""
+MIN_CHANGE = 1e-5  # m, smallest shown motion of a ball; a smaller one may be noise
 
 BallCentres = Mapping[str, tuple[float, float, float]]
 

@@ -42,8 +42,7 @@ from billiard_shot.ros.terminal import escaped
 T = TypeVar('T')
 
 TurnStage = PlayTurn.Feedback
-AIMED = 'aimed'
-"""Message of the feedback that tells when a shot waits to be armed."""
+AIMED = 'aimed'  # message of the feedback that tells when a shot waits to be armed
 
 Tell: TypeAlias = Callable[[int, str, str, Places], object]
 """Called with the stage, a message, the id of the shot, and the balls of the stage PLACE."""

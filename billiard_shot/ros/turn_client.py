@@ -26,8 +26,7 @@ from billiard_shot.ros.game_conversions import (
 from billiard_shot.ros.terminal import FIRE, say, TypedLines
 from billiard_shot.ros.turn import AIMED
 
-LAST_SHOT_TIME = 180.0
-"""Longest time in which a turn ends that is interrupted: a shot may have to be judged [s]."""
+LAST_SHOT_TIME = 180.0  # s in which an interrupted turn ends: a shot may have to be judged
 
 WORDS = {
     PlayTurn.Feedback.PLACE: 'place',
