@@ -10,7 +10,6 @@ from trajectory_msgs.msg import JointTrajectory
 
 from billiard_shot import Scene, Stroke
 from billiard_shot.cue.safety import SafetyState
-from billiard_shot.ros.client import short_id
 from billiard_shot.ros.cue_conversions import is_stop
 from tools.caller import Caller
 
@@ -31,8 +30,8 @@ def stroke(random):
 
 
 def goal(player, planned):
-    """A goal to play a stroke, with an id of its own: the driver plays each id once."""
-    return player.goal(planned, player.balls(), SCENE, f'shot {short_id()}')
+    """A goal to play a stroke."""
+    return player.goal(planned, player.balls(), SCENE, 'shot')
 
 
 def aim(player, random):

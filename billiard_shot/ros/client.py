@@ -284,17 +284,19 @@ class RobotClient(Node):
         return ended
 
     def goal(
-        self, stroke: Stroke, balls: Balls, scene: Scene, shot_id: str, valid_for: float = VALIDITY
+        self, stroke: Stroke, balls: Balls, scene: Scene, name: str, valid_for: float = VALIDITY
     ) -> ExecuteShot.Goal:
         """
         Make a goal for a stroke that somebody has chosen for these balls, not for later ones.
 
-        RefusedError says so if the cue ball is not on the table.
+        The id of the shot is new, and begins with `name`. RefusedError says so if the cue ball is
+        not on the table.
         """
         if CUE_BALL not in balls:
             raise RefusedError(
                 GoalOutcome.INVALID_PLAN, f'there is no ball {CUE_BALL!r} on the table'
             )
+        shot_id = f'{name} {uuid.uuid4().hex[:8]}'  # the driver plays each id once
         plan = cue_conversions.plan_of(stroke, balls, scene, shot_id)
         frame = self.known_table().header.frame_id
         header = Header(frame_id=frame, stamp=self.get_clock().now().to_msg())
@@ -427,8 +429,3 @@ def result_of(future: 'Future[Any]') -> Any:
     result = future.result()
     assert result is not None
     return result
-
-
-def short_id() -> str:
-    """Make a unique name."""
-    return uuid.uuid4().hex[:8]

@@ -33,7 +33,6 @@ from billiard_shot.ros.client import (
     LOOK_PERIOD,
     NotReadyError,
     RobotClient,
-    short_id,
     START_UP,
     VALIDITY,
 )
@@ -129,8 +128,7 @@ def play_stroke(
 ) -> bool:
     """Play a given stroke and print the result; return False if it was not played."""
     try:
-        shot_id = f'{name} {short_id()}'
-        goal = client.goal(stroke, client.balls(), scene, shot_id, options.valid_for)
+        goal = client.goal(stroke, client.balls(), scene, name, options.valid_for)
     except RefusedError as error:
         say(f'{name}: {error}')
         return False

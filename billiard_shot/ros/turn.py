@@ -33,7 +33,6 @@ from billiard_shot.ros.client import (
     CanceledError,
     NotReadyError,
     RobotClient,
-    short_id,
     TableUnknownError,
 )
 from billiard_shot.ros.game_table import GameTable
@@ -140,8 +139,9 @@ class Turn:
 
     def _shoot(self, state: State, seen: Balls, decision: Decision, stroke: Stroke) -> None:
         """Play a stroke that was decided for the balls that were seen, watch them, and judge."""
-        shot_id = f'{state.game} {state.shots + 1} {short_id()}'
-        goal = self.table.client.goal(stroke, seen, scene_of(self.table.scene, state), shot_id)
+        scene, name = scene_of(self.table.scene, state), f'{state.game} {state.shots + 1}'
+        goal = self.table.client.goal(stroke, seen, scene, name)
+        shot_id = goal.plan.shot_id
         self.tell(TurnStage.PLAY, decision.reason or 'plays', shot_id, {})
         self.table.records.clear()
         aimed = partial(self.tell, TurnStage.PLAY, AIMED, shot_id, {})
