@@ -224,10 +224,10 @@ class RobotClient(Node):
         path = self.resolve_topic_name(node)
         if (node, path.rpartition('/')[0] or '/') not in self.get_node_names_and_namespaces():
             return 'no such node is known so far'
-        if node != 'cue_driver':
-            said, _ = self._last_log[path]
-            return f'the node is starting: {said}' if said else 'the node is starting'
-        return '; '.join(self.problems) or 'the node is starting'
+        if node == 'cue_driver' and self.problems:
+            return '; '.join(self.problems)
+        said, _ = self._last_log[path]
+        return f'the node is starting: {said}' if said else 'the node is starting'
 
     # --- the table ------------------------------------------------------------------------------
 

@@ -29,12 +29,7 @@ from billiard_shot.game.ruling import Ruling
 from billiard_shot.game.seen import Places, possible_rulings
 from billiard_shot.game.state import State
 from billiard_shot.perception.sightings import Balls
-from billiard_shot.ros.client import (
-    CanceledError,
-    NotReadyError,
-    RobotClient,
-    TableUnknownError,
-)
+from billiard_shot.ros.client import CanceledError, NotReadyError, RobotClient, TableUnknownError
 from billiard_shot.ros.game_table import GameTable
 from billiard_shot.ros.terminal import escaped
 
