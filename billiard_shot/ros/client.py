@@ -265,8 +265,10 @@ class RobotClient(Node):
         """Say which part of the table state was seen before a strike; '' if none was."""
         times = {'the picture': conversions.seconds(self.known_table().header.stamp)}
         times |= {f'ball {name!r}': ball.time for name, ball in self.balls().items()}
-        early = (name for name, time in times.items() if 0.0 < time <= conversions.seconds(strike))
-        return f'{name} is from before the strike' if strike and (name := next(early, '')) else ''
+        for name, time in times.items():
+            if strike and 0.0 < time <= conversions.seconds(strike):
+                return f'{name} is from before the strike'
+        return ''
 
     # --- requests -------------------------------------------------------------------------------
 

@@ -14,8 +14,8 @@ from billiard_shot import Scene, Status, Stroke
 from billiard_shot.perception.sightings import Sighting
 from billiard_shot.ros import conversions, cue_conversions
 from billiard_shot.ros.client import RobotClient
+from billiard_shot.ros.client_program import add_client_arguments, CLIENT_HELP, run_client
 from billiard_shot.ros.node_runner import own_arguments, parser_of
-from billiard_shot.ros.player import add_client_arguments, CLIENT_HELP, run_client
 from billiard_shot.ros.terminal import say
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.stroke_options import strokes_from_options
