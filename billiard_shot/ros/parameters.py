@@ -83,20 +83,10 @@ def declare(node: Node, *kinds: Any, fixed: Callable[[], str] = lambda: '') -> N
     """
     Declare the parameters of a node, and refuse bad values from now on.
 
-    Parameters
-    ----------
-    node : Node
-    *kinds : type
-        Dataclasses whose fields are the parameters. `READ_ONLY` of a dataclass names the fields
-        whose values can be given only when the node starts; None stands for all fields.
-    fixed : callable
-        Returns why the parameters cannot be set at the moment; '' if they can.
-
-    Raises
-    ------
-    rclpy.exceptions.ParameterException
-        If a value given at start-up has the wrong type, is out of range, or fails its check.
-
+    The parameters are the fields of the dataclasses `kinds`. `READ_ONLY` of a dataclass names the
+    fields whose values can be given only when the node starts; None stands for all fields. `fixed`
+    returns why the parameters cannot be set at the moment; '' if they can. A bad value that is
+    given at start-up raises rclpy.exceptions.ParameterException.
     """
     declared = {each.name: each for kind in kinds for each in dataclasses.fields(kind)}
 
