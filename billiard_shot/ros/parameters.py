@@ -24,7 +24,6 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from std_msgs.msg import Header
 
-from billiard_shot.scene import Scene
 from billiard_shot.scene.fields import NUMBER, TAKES, WHOLE
 
 K = TypeVar('K')
@@ -39,11 +38,6 @@ def checked(default: Any, check: Callable[[Any], object]) -> Any:
     if isinstance(default, list):
         return dataclasses.field(default_factory=default.copy, metadata={CHECK: check})
     return dataclasses.field(default=default, metadata={CHECK: check})
-
-
-def check_scene(name_or_path: str) -> None:
-    """Raise ValueError or OSError if there is no such scene, or if it has mistakes."""
-    Scene.load(name_or_path)
 
 
 def check_frame_name(name: str) -> None:

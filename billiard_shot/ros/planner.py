@@ -28,7 +28,7 @@ from billiard_shot.ros.node_runner import (
     spin_node,
     wait_for_library,
 )
-from billiard_shot.ros.parameters import check_scene, checked, OfTable, SHOWN_SAMPLES
+from billiard_shot.ros.parameters import checked, OfTable, SHOWN_SAMPLES
 from billiard_shot.ros.plan_conversions import PlanRequest, target_in
 from billiard_shot.scene import Noise, Robot
 from billiard_shot.scene.fields import number, whole_number
@@ -58,7 +58,7 @@ class PlannerParameters(OfTable):
 
     """
 
-    scene: str = checked('paper', check_scene)
+    scene: str = checked('paper', Scene.load)
     target: str = checked('{rest: [0.5, -0.3], radius: 0.1}', target_in)
     budget: int = whole_number(minimum=1, maximum=10_000_000, default=60_000)
     time_limit: float = number('s', minimum=0.0, maximum=3600.0, default=0.0)

@@ -25,13 +25,7 @@ from billiard_shot.ros.node_runner import (
     steady_timer,
     warm_up,
 )
-from billiard_shot.ros.parameters import (
-    check_scene,
-    checked,
-    MAX_SAMPLES,
-    OfTable,
-    SHOWN_SAMPLES,
-)
+from billiard_shot.ros.parameters import checked, MAX_SAMPLES, OfTable, SHOWN_SAMPLES
 from billiard_shot.scene.fields import number, whole_number
 from billiard_shot.shot.replay import to_json
 
@@ -55,7 +49,7 @@ class PredictorParameters(OfTable):
 
     """
 
-    scene: str = checked('paper', check_scene)
+    scene: str = checked('paper', Scene.load)
     tolerance: float = number('m', minimum=1e-12, maximum=1.0, default=1e-4)
     sample_count: int = whole_number(minimum=0, maximum=MAX_SAMPLES, default=0)
 

@@ -15,7 +15,7 @@ from billiard_shot.ros import parameters
 from billiard_shot.ros.conversions import check_frame, sightings_of
 from billiard_shot.ros.markers import array_of, ball, colour, label, shape, solids
 from billiard_shot.ros.node_runner import LATCHED, spin_node
-from billiard_shot.ros.parameters import check_scene, checked, OfTable
+from billiard_shot.ros.parameters import checked, OfTable
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.table.colours import ball_colour
@@ -45,7 +45,7 @@ class TableDisplayParameters(OfTable):
 
     """
 
-    scene: str = checked('paper', check_scene)
+    scene: str = checked('paper', Scene.load)
 
 
 class TableDisplay(Node):
