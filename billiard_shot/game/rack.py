@@ -127,7 +127,7 @@ def replayed(record: RackRecord, scene: Scene) -> Iterator[tuple[PlayedShot, Sho
 def decision_of(agent: Agent, state: State) -> tuple[State, Decision, str]:
     """Ask an agent; return the state with the cue ball placed, and why a move is illegal."""
     if state.places_cue_ball:
-        x, y = agent.place(state)
+        x, y = map(float, agent.place(state))
         if why := state.no_place(x, y):
             return state, Decision(), f'the cue ball must be {why}, got {(x, y)} (m)'
         state = state.with_cue_ball(x, y)

@@ -32,7 +32,7 @@ from billiard_shot.ros.node_runner import BURST, EVERY_LOG, EVERY_STATE, LATCHED
 from billiard_shot.scene.errors import printable
 from billiard_shot.scene.placement import CUE_BALL
 
-SAFETY_INPUTS = {'estop': False, 'interlock': True}  # and the values that allow motion
+SAFETY_INPUTS = {'estop': False, 'interlock': True}  # topics, and values that allow motion
 
 VALIDITY = 60.0  # s within which a shot must be fired, if the caller does not say
 START_UP = 120.0  # s to wait for a node, which may have to compile the library first

@@ -187,8 +187,11 @@ class Planner(Node):
         self.get_logger().info(f'{result.status.name}: {result.message}')
         header, plan_id = parameters.table_header(self), uuid.uuid4().hex[:8]
         if best := result.best:
-            named = f'{plan_id}-1', header, SHOWN_SAMPLES
-            self._best.publish(plan_conversions.ranked_message(best, request, *named))
+            self._best.publish(
+                plan_conversions.ranked_message(
+                    best, request, f'{plan_id}-1', header, SHOWN_SAMPLES
+                )
+            )
             self._markers.publish(display.plan_markers(result.ranking, header))
         message = plan_conversions.plan_result(result, request, plan_id, goal.request, header)
         if search.replaced.is_set():
