@@ -57,13 +57,14 @@ def main(args: Sequence[str] | None = None) -> None:
     options = parser.parse_args(own)
     nodes = nodes_of(ros, **vars(options))
     signal.signal(signal.SIGTERM, signal.default_int_handler)
+    ended: list[str] = []
     with running(nodes, quick_environment()) as processes:
         try:
-            while all(process.poll() is None for process in processes.values()):
+            while not ended:
                 time.sleep(PROCESS_POLL_PERIOD)
+                ended = [name for name, node in processes.items() if node.poll() is not None]
         except KeyboardInterrupt:
             return
-    ended = [name for name, process in processes.items() if process.poll() is not None]
     sys.exit(f'robot: a node has ended: {", ".join(ended)}')
 
 
