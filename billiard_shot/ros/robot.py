@@ -39,7 +39,7 @@ def main(args: Sequence[str] | None = None) -> None:
     """Start the nodes; the exit code is 1 if one of them ends by itself."""
     given = list(sys.argv if args is None else ['', *args])
     own = own_arguments(args)
-    ros = [each for each in given[1:] if each not in own and each != '--ros-args']
+    ros = [each for each in given[1:] if each not in (*own, '--ros-args', '--')]
     codes = 'exit codes: 0 after Ctrl+C; 1 if a node ended by itself; 2 invalid arguments'
     parser = parser_of('robot', __doc__, codes)
     scene_help = 'bundled scene or YAML file for all nodes; its cue must be guided (paper)'

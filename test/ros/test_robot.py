@@ -84,19 +84,27 @@ def test_it_ends_if_a_node_ends(begin, node):
         os.killpg(process.pid, 0)
 
 
-def test_it_names_only_the_node_that_ended_by_itself(monkeypatch):
+@pytest.mark.parametrize(
+    'arguments',
+    [
+        ['--scene', 'robot_table', '--ros-args', '-r', '__ns:=/a'],
+        ['--ros-args', '-r', '__ns:=/a', '--', '--scene', 'robot_table'],
+    ],
+)
+def test_it_names_only_the_node_that_ended_by_itself(arguments, monkeypatch):
     """Before, it named all nodes, because they had all ended by then."""
     ended, running = SimpleNamespace(poll=lambda: 0), SimpleNamespace(poll=lambda: None)
 
     @contextlib.contextmanager
-    def nodes(*_):
+    def start(nodes, _):
+        assert nodes['predictor'] == ('-p', 'scene:=robot_table', '-r', '__ns:=/a')
         yield {'planner': ended, 'predictor': running}
         running.poll = ended.poll
 
-    monkeypatch.setattr(robot, 'running', nodes)
+    monkeypatch.setattr(robot, 'running', start)
     monkeypatch.setattr(signal, 'signal', lambda *_: None)
-    with pytest.raises(SystemExit, match='a node has ended: planner$'):
-        robot.main([])
+    with pytest.raises(SystemExit, match=r'a node has ended: planner$'):
+        robot.main(arguments)
 
 
 @pytest.fixture
