@@ -10,7 +10,6 @@ from trajectory_msgs.msg import JointTrajectory
 
 from billiard_shot import Scene, Stroke
 from billiard_shot.cue.safety import SafetyState
-from billiard_shot.ros.client import short_id
 from billiard_shot.ros.cue_conversions import is_stop
 from tools.caller import Caller
 
@@ -31,8 +30,8 @@ def stroke(random):
 
 
 def goal(player, planned):
-    """A goal to play a stroke, with an id of its own: the driver plays each id once."""
-    return player.goal(planned, SCENE, f'shot {short_id()}')
+    """A goal to play a stroke."""
+    return player.goal(planned, player.balls(), SCENE, 'shot')
 
 
 def aim(player, random):
@@ -46,7 +45,8 @@ def aim(player, random):
     for _ in range(ATTEMPTS):
         del player.states[:-1]
         sent = player.execute_shot.send_goal_async(goal(player, stroke(random)))
-        ended = player.answer(sent, 'execute_shot').get_result_async()
+        assert player.until(sent.done, 10.0)
+        ended = sent.result().get_result_async()
         player.until(partial(_moves_or_ended, player, ended), 10.0)
         if _has_been(player, SafetyState.AIMING):
             return

@@ -100,7 +100,7 @@ def take_shot(
 
     """
     cpu, wall = process_time(), perf_counter()
-    seen, decision, refusal = _decision(agent, state)
+    seen, decision, refusal = decision_of(agent, state)
     times = process_time() - cpu, perf_counter() - wall
     if refusal:
         ruling = concede(seen, refusal)
@@ -134,14 +134,16 @@ def replayed(record: RackRecord, scene: Scene) -> Iterator[tuple[PlayedShot, Sho
             yield shot, predict(at, at.noise.perturb(stroke, errors, at.ball.radius))
 
 
-def _decision(agent: Agent, state: State) -> tuple[State, Decision, str]:
+def decision_of(agent: Agent, state: State) -> tuple[State, Decision, str]:
     """Ask an agent; return the state with the cue ball placed, and why a move is illegal."""
     if state.places_cue_ball:
-        x, y = agent.place(state)
+        x, y = map(float, agent.place(state))
         if why := state.no_place(x, y):
             return state, Decision(), f'the cue ball must be {why}, got {(x, y)} (m)'
         state = state.with_cue_ball(x, y)
     decision = agent.decide(state)
+    if not isinstance(decision, Decision):
+        raise TypeError(f'decide must return a Decision, got {decision!r}')
     if why := illegal(state, decision):
         return state, Decision(), why
     return state, decision, ''

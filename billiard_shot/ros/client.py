@@ -1,12 +1,12 @@
 """Client of the nodes: waits for them, predicts, plans, plays, and watches the table."""
 
+from collections import defaultdict
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from time import monotonic
 from typing import Any
 import uuid
 
-from action_msgs.msg import GoalStatus
 from billiard_shot_msgs.action import ExecuteShot, PlanShot
 from billiard_shot_msgs.msg import CueState, Plan, TableState, Target
 from billiard_shot_msgs.srv import Arm, PredictShot
@@ -32,42 +32,19 @@ from billiard_shot.ros.node_runner import BURST, EVERY_LOG, EVERY_STATE, LATCHED
 from billiard_shot.scene.errors import printable
 from billiard_shot.scene.placement import CUE_BALL
 
-START_UP = 120.0
-"""Time to wait for a node [s]; a node may have to compile the library first."""
+SAFETY_INPUTS = {'estop': False, 'interlock': True}  # topics, and values that allow motion
 
-VALIDITY = 60.0
-"""Time within which a shot must be fired, if the caller does not say [s]."""
-
-SAFETY_INPUTS = {'estop': False, 'interlock': True}
-"""Topics of the safety inputs, and the values that allow motion."""
-
-SAFETY_PERIOD = 0.05
-"""Time between two messages of the simulated safety inputs [s]."""
-
-DISCOVERY = 1.0
-"""Time for discovering other publishers before the safety inputs are simulated [s]."""
-
-SPIN_TIME = 0.05
-"""Longest time for which the client waits for a message at once [s]."""
-
-QUIET_WAIT = 2.0
-"""Time [s] after which the client logs what it waits for, and why."""
-
-REMINDER = 8.0
-"""Time between two messages in the log about the same wait [s]."""
-
-ANSWER_TIMEOUT = 30.0
-"""Longest time in which a node answers, if the machine is busy [s]."""
-
+VALIDITY = 60.0  # s within which a shot must be fired, if the caller does not say
+START_UP = 120.0  # s to wait for a node, which may have to compile the library first
+DISCOVERY = 1.0  # s to discover other publishers before the safety inputs are simulated
+LOOK_PERIOD = 0.05  # s after which the client looks again for what it waits for
+QUIET_WAIT = 2.0  # s after which the client logs what it waits for, and why
+REMINDER = 8.0  # s after which it logs that again
+ANSWER_TIMEOUT = 30.0  # s in which a node answers, if the machine is busy
+PLAN_TIME = 600.0  # s for a plan
+# s in which a node ends a cancelled goal. If the client went on before, the next shot could be
+# refused because the driver is busy.
 CANCEL_TIME = 10.0
-"""
-Longest time in which a node ends a cancelled goal [s].
-
-If the client went on before, the next shot could be refused because the driver is busy.
-"""
-
-PLAN_TIME = 600.0
-"""Longest time for a plan [s]."""
 
 
 class NotReadyError(RuntimeError):
@@ -80,10 +57,6 @@ class TableUnknownError(NotReadyError):
 
 class CanceledError(RuntimeError):
     """A wait of the client was canceled."""
-
-
-class NoPlanError(RuntimeError):
-    """The planner has found no stroke; the message says why."""
 
 
 class RobotClient(Node):
@@ -134,7 +107,8 @@ class RobotClient(Node):
         self.create_subscription(TableState, 'table_state', self._on_table, LATCHED)
         self.create_subscription(DiagnosticArray, '/diagnostics', self._on_diagnostics, 10)
         self.create_subscription(Log, '/rosout', self._on_log, EVERY_LOG)
-        self._last_log: dict[str, tuple[str, float]] = {}  # by node, with the time [s]
+        # What each node has logged last, and when [s].
+        self._last_log: defaultdict[str, tuple[str, float]] = defaultdict(lambda: ('', 0.0))
         self.create_subscription(CueState, 'cue_driver/state', self.states.append, EVERY_STATE)
         self.safety_publishers: dict[str, Publisher[Bool]] = {}
         self._discovered = monotonic() + DISCOVERY
@@ -145,7 +119,7 @@ class RobotClient(Node):
             self.safety_publishers = {
                 name: self.create_publisher(Bool, name, 10) for name in SAFETY_INPUTS
             }
-            self.create_timer(SAFETY_PERIOD, self._publish_safety_inputs)
+            self.create_timer(LOOK_PERIOD, self._publish_safety_inputs)
 
     def _publish_safety_inputs(self) -> None:
         own = self.get_name(), self.get_namespace()
@@ -164,9 +138,9 @@ class RobotClient(Node):
         self.table = message
 
     def _on_log(self, message: Log) -> None:
-        node, said = message.name.replace('.', '/'), printable(message.msg)
-        if said != self._last_log.get(node, ('', 0.0))[0]:
-            self._last_log[node] = said, monotonic()
+        path, said = f'/{message.name}'.replace('.', '/'), printable(message.msg)
+        if said != self._last_log[path][0]:
+            self._last_log[path] = said, monotonic()
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:
@@ -187,7 +161,7 @@ class RobotClient(Node):
                 raise CanceledError('canceled')
             if monotonic() > deadline:
                 return False
-            rclpy.spin_once(self, timeout_sec=SPIN_TIME)
+            rclpy.spin_once(self, timeout_sec=LOOK_PERIOD)
         return True
 
     @contextmanager
@@ -236,7 +210,7 @@ class RobotClient(Node):
         path = self.resolve_topic_name(name)
         while not self.until(ready, min(silence, begin + self._timeout - monotonic())):
             if name != 'cue_driver':  # which logs again and again why it is not ready
-                begin = max(begin, self._last_log.get(path.strip('/'), ('', begin))[1])
+                begin = max(begin, self._last_log[path][1])
             words = f'{path}: {self._reason(name)}'
             if monotonic() > begin + self._timeout:
                 raise NotReadyError(f'{words}; waited for {self._timeout:g} s')
@@ -250,10 +224,10 @@ class RobotClient(Node):
         path = self.resolve_topic_name(node)
         if (node, path.rpartition('/')[0] or '/') not in self.get_node_names_and_namespaces():
             return 'no such node is known so far'
-        if node != 'cue_driver':
-            said, _ = self._last_log.get(path.strip('/'), ('', 0.0))
-            return f'the node is starting: {said}' if said else 'the node is starting'
-        return '; '.join(self.problems) or 'the node is starting'
+        if node == 'cue_driver' and self.problems:
+            return '; '.join(self.problems)
+        said, _ = self._last_log[path]
+        return f'the node is starting: {said}' if said else 'the node is starting'
 
     # --- the table ------------------------------------------------------------------------------
 
@@ -276,28 +250,25 @@ class RobotClient(Node):
         Wait until all balls rest, and return those on the table.
 
         Detections from before the strike are ignored, because a camera or simulation without
-        enough processor time shows the earlier positions for a while.
-
-        Raises
-        ------
-        TableUnknownError
-            If no newer table state is received, or a ball moves on or is not seen.
-
+        enough processor time shows the earlier positions for a while. If no newer table state is
+        received, or a ball moves on or is not seen, TableUnknownError says so.
         """
         deadline = monotonic() + seconds
         watch = RestWatch()
         while why := self._early(strike) or watch.restless(self.balls(), monotonic()):
             if monotonic() > deadline:
                 raise TableUnknownError(f'table_state: {why} after {seconds:g} s')
-            self.until(lambda: False, SPIN_TIME)
+            self.until(lambda: False, LOOK_PERIOD)
         return self.balls()
 
     def _early(self, strike: Time | None) -> str:
         """Say which part of the table state was seen before a strike; '' if none was."""
         times = {'the picture': conversions.seconds(self.known_table().header.stamp)}
         times |= {f'ball {name!r}': ball.time for name, ball in self.balls().items()}
-        early = (name for name, time in times.items() if 0.0 < time <= conversions.seconds(strike))
-        return f'{name} is from before the strike' if strike and (name := next(early, '')) else ''
+        for name, time in times.items():
+            if strike and 0.0 < time <= conversions.seconds(strike):
+                return f'{name} is from before the strike'
+        return ''
 
     # --- requests -------------------------------------------------------------------------------
 
@@ -305,33 +276,29 @@ class RobotClient(Node):
         """Call the predictor."""
         return self.call(self._predict, request, attempts=15)
 
-    def plan(self, target: Target, budget: int = 0) -> PlanShot.Result:
-        """Plan for a target and the current balls; NoPlanError if no stroke is found."""
+    def plan(self, target: Target, budget: int = 0) -> Any:
+        """Plan for a target and the current balls; return the status and result of the goal."""
         request = PlanShot.Goal(target=target, balls=self.known_table().balls, budget=budget)
         with self.acting('plan_shot', self._plan, request) as answer:
             self.until(answer, PLAN_TIME)
         if not (ended := answer()):
-            raise NoPlanError(f'no plan within {PLAN_TIME:g} s')
-        if ended.status != GoalStatus.STATUS_SUCCEEDED:
-            raise NoPlanError(ended.result.message)
-        return ended.result
+            raise NotReadyError(f'action plan_shot: no plan within {PLAN_TIME:g} s')
+        return ended
 
     def goal(
-        self, stroke: Stroke, balls: Balls, scene: Scene, shot_id: str, valid_for: float = VALIDITY
+        self, stroke: Stroke, balls: Balls, scene: Scene, name: str, valid_for: float = VALIDITY
     ) -> ExecuteShot.Goal:
         """
         Make a goal for a stroke that somebody has chosen for these balls, not for later ones.
 
-        Raises
-        ------
-        RefusedError
-            If the cue ball is not on the table.
-
+        The id of the shot is new, and begins with `name`. RefusedError says so if the cue ball is
+        not on the table.
         """
         if CUE_BALL not in balls:
             raise RefusedError(
                 GoalOutcome.INVALID_PLAN, f'there is no ball {CUE_BALL!r} on the table'
             )
+        shot_id = f'{name} {uuid.uuid4().hex[:8]}'  # the driver plays each id once
         plan = cue_conversions.plan_of(stroke, balls, scene, shot_id)
         frame = self.known_table().header.frame_id
         header = Header(frame_id=frame, stamp=self.get_clock().now().to_msg())
@@ -368,7 +335,8 @@ class RobotClient(Node):
                 if waits(lambda: self._is_aimed(goal)):
                     on_aimed()
                     if waits(may_fire):
-                        self._arm_and_wait(goal.plan.shot_id, answer, left)
+                        armed = self.arm(goal.plan.shot_id)
+                        waits(lambda: armed.done() and not result_of(armed).success)
             except CanceledError as error:
                 canceled = error
         ended = answer()
@@ -377,12 +345,6 @@ class RobotClient(Node):
         if not ended:
             raise NotReadyError('action execute_shot does not end')
         return ended
-
-    def _arm_and_wait(self, shot_id: str, answer: Callable[[], Any], left: float) -> None:
-        armed = self.arm(shot_id)
-        self.until(lambda: armed.done() or answer(), ANSWER_TIMEOUT)
-        if not (armed.done() and not result_of(armed).success):
-            self.until(answer, left)
 
     def arm(self, shot_id: str) -> 'Future[Any]':
         """Arm the aimed shot; return the future of the answer, and log it if it is refused."""
@@ -409,12 +371,6 @@ class RobotClient(Node):
                 return result_of(sent)
             client.remove_pending_request(sent)
         raise NotReadyError(f'no answer from {client.service_name} within {ANSWER_TIMEOUT:g} s')
-
-    def answer(self, sent: 'Future[Any]', name: str) -> Any:
-        """Wait for the future of an answer, and return the answer; `name` is who is to answer."""
-        if not self.until(sent.done, ANSWER_TIMEOUT):
-            raise NotReadyError(f'no answer from {name} within {ANSWER_TIMEOUT:g} s')
-        return result_of(sent)
 
     @contextmanager
     def acting(
@@ -446,10 +402,12 @@ class RobotClient(Node):
 
         sent, ended = action.send_goal_async(goal, hear), None
         try:
-            handle = self.answer(sent, f'action {name}')
+            if not self.until(sent.done, ANSWER_TIMEOUT):
+                raise NotReadyError(f'no answer from action {name} within {ANSWER_TIMEOUT:g} s')
+            handle = result_of(sent)
             if not handle.accepted:
-                plays = action is not self.execute_shot
-                why = 'another goal is carried out' if plays else self._reason('cue_driver')
+                drives = action is self.execute_shot
+                why = self._reason('cue_driver') if drives else 'another goal is carried out'
                 raise NotReadyError(f'action {name} rejects the goal: {why}')
             ended = handle.get_result_async()
             yield answer
@@ -473,8 +431,3 @@ def result_of(future: 'Future[Any]') -> Any:
     result = future.result()
     assert result is not None
     return result
-
-
-def short_id() -> str:
-    """Make a unique name."""
-    return uuid.uuid4().hex[:8]

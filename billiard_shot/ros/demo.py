@@ -13,29 +13,13 @@ import sys
 
 from domain_coordinator import domain_id
 
-from billiard_shot.ros.processes import (
-    command,
-    config_file,
-    quiet_environment,
-    running,
-    SIMULATION,
-)
+from billiard_shot.ros.processes import command, config_file, quiet_environment, running
+from billiard_shot.ros.robot import nodes_of
 
 PREDICTOR = {'predictor': ('-p', 'scene:=paper', '--log-level', 'warn')}
-
-DEMO_SCENE = 'robot_table'
-"""Scene of the mechanical cue."""
-
-ON_IT, WARN = ('-p', f'scene:={DEMO_SCENE}'), ('--log-level', 'warn')
-NODES = {
-    'predictor': (*ON_IT, *WARN),
-    'cue_driver': (*ON_IT, '-p', 'autostart:=true', *SIMULATION, '--log-level', 'error'),
-    'cue_sim': (*SIMULATION, '-p', 'rate:=100.0', *WARN),
-    'table_sim': (*ON_IT, '-p', 'real_time_factor:=4.0', *WARN),
-    'planner': (*ON_IT, *WARN),
-    'player': (*WARN, '--', '--serve', '--scene', DEMO_SCENE),
-}
-"""Nodes and their arguments."""
+DEMO_SCENE = 'robot_table'  # of the mechanical cue
+# Arguments of all nodes; each node takes those that it has.
+QUICK = ('-p', 'real_time_factor:=4.0', '-p', 'rate:=100.0', '--log-level', 'error')
 
 STROKES = str(Path(__file__).with_name('demo_strokes.yaml'))
 TARGET = '{rest: [0.5, -0.3], radius: 0.1}'
@@ -78,7 +62,10 @@ def main() -> None:
                 'A simulated cue plays two strokes, a planned one, and a game of three balls:',
                 flush=True,
             )
-            with running(NODES, environment):
+            nodes = nodes_of(
+                QUICK, DEMO_SCENE, simulate=True, camera=False, player=True, interface='topic'
+            )
+            with running(nodes, environment):
                 failed = run_client('player', environment, *PLAYED)
     if not failed:
         print(NEXT)

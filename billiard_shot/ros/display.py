@@ -19,17 +19,11 @@ from billiard_shot.ros.conversions import vectors
 from billiard_shot.shot.clearance import BUTT
 from billiard_shot.table.colours import ball_colour, GREY, MOTIONS
 
-LAST_SECOND = 2**31 - 1
-"""Largest second that fits into a stamp; later times of extreme shots are clipped to it."""
-
-CUE_PAINT, MARKER_CUE_LENGTH, DRAWN_CUE_RADIUS = '#c8955c', 0.5, 0.0065
-"""Colour of the cue; its length and radius [m] if the scene does not give its shape."""
-
-CUE_SIDES = 24
-"""Number of sides of the polygon that stands for the round cue."""
-
-FAINT = 0.3
-"""Opacity of starting positions, and of plans that are not the best."""
+LAST_SECOND = 2**31 - 1  # that fits into a stamp; later times of extreme shots are clipped to it
+CUE_PAINT = '#c8955c'
+MARKER_CUE_LENGTH, DRAWN_CUE_RADIUS = 0.5, 0.0065  # m, if the scene does not give its shape
+CUE_SIDES = 24  # of the polygon that stands for the round cue
+FAINT = 0.3  # opacity of starting positions, and of plans that are not the best
 
 
 def path_of(trajectory: BallTrajectory, header: Header) -> Path:

@@ -14,9 +14,8 @@ from billiard_shot.scene import Scene
 from billiard_shot.scene.errors import refused
 from billiard_shot.scene.placement import CUE_BALL
 
+# Fields of a state that the message does not have.
 OF_THE_TABLE = ('length', 'width', 'radius', 'balls', 'time_left')
-"""Fields of a state that the message does not have."""
-
 NOBODY = -1
 
 
@@ -24,13 +23,7 @@ def state_of(message: GameState, balls: Mapping[str, tuple[float, float]], scene
     """
     Read the state of a game on the table of a scene, with the balls at their places (x, y) [m].
 
-    A cue ball in hand is not on the table, wherever it lies.
-
-    Raises
-    ------
-    ValueError
-        With every invalid field, its value and the allowed range.
-
+    A cue ball in hand is not on the table, wherever it lies. ValueError names all mistakes.
     """
     if scene.table is None:
         raise ValueError('scene: a game needs a table')

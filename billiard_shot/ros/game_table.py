@@ -23,17 +23,10 @@ from billiard_shot.ros.game_conversions import balls_message
 from billiard_shot.ros.node_runner import LATCHED
 from billiard_shot.shot.replay import from_json
 
-PLACE_TOLERANCE = 0.01
-"""Largest distance of a ball from its place [m]; the player then decides for where it lies."""
-
-PLACE_TIME = 600.0
-"""Longest time in which balls are put somewhere by hand [s]."""
-
-FORGET_PERIOD = 2.0
-"""Time between two calls that make a tracker forget the balls [s]."""
-
-RECORD_TIME = 5.0
-"""Longest time in which a simulated table publishes its record of a shot [s]."""
+PLACE_TOLERANCE = 0.01  # m of a ball from its place; the player then decides for where it lies
+PLACE_TIME = 600.0  # s in which balls are put somewhere by hand
+FORGET_PERIOD = 2.0  # s between two calls that make a tracker forget the balls
+RECORD_TIME = 5.0  # s in which a simulated table publishes its record of a shot
 
 
 class GameTable:
@@ -60,11 +53,7 @@ class GameTable:
         """
         Outcome of the last shot by a simulated table; None if the table is not simulated.
 
-        Raises
-        ------
-        TableUnknownError
-            If the simulated table publishes none, or a wrong one.
-
+        If the simulated table publishes none, or a wrong one, TableUnknownError says so.
         """
         if not self.client.count_publishers('table_sim/shot'):
             return None
@@ -80,12 +69,7 @@ class GameTable:
         Wait until the balls lie as a state says; return it with their real places, and the balls.
 
         If balls lie elsewhere, `tell` is called with a message and with the places of all balls.
-
-        Raises
-        ------
-        TableUnknownError
-            If the balls are not put in their places, or are not known.
-
+        If these are not put in their places, or are not known, TableUnknownError says so.
         """
         seen = self.client.wait_for_rest()
         if moves := _moves(seen, state.balls):

@@ -31,14 +31,10 @@ from billiard_shot import machine_code, predict, Scene, Stroke
 N = TypeVar('N', bound=Node)
 GoalHandle: TypeAlias = 'ServerGoalHandle[Any, Any, Any]'
 
+# QoS of latched topics: late subscribers receive the last messages.
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-"""QoS of latched topics: late subscribers receive the last message."""
-
 EVERY_STATE = QoSProfile(depth=20, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-"""QoS of latched state topics: slow subscribers must not miss a state."""
-
-EVERY_LOG = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-"""QoS of `/rosout`, on which rclpy publishes latched."""
+EVERY_LOG = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)  # of /rosout
 
 SAFETY_INPUT = QoSProfile(depth=100)
 """
@@ -66,11 +62,8 @@ counts the requests of all clients. At a client it counts the answers to all cli
 DDS sends every answer to every client of the service, which discards those of the others.
 """
 
-END_TIME = 8.0
-"""Longest time from a signal to the end of a node [s], even if a callback does not return."""
-
-PROGRESS_PERIOD = 5.0
-"""Time between two messages while the library is compiled [s]."""
+END_TIME = 8.0  # s from a signal to the end of a node, even if a callback does not return
+PROGRESS_PERIOD = 5.0  # s between two messages while the library is compiled
 
 
 def own_arguments(args: Sequence[str] | None) -> list[str]:

@@ -24,15 +24,13 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from std_msgs.msg import Header
 
-from billiard_shot.scene import Scene
 from billiard_shot.scene.fields import NUMBER, TAKES, WHOLE
 
 K = TypeVar('K')
 
 CHECK = 'check'
-
-MAX_SAMPLES = 10_000
-"""Largest number of trajectory samples in one answer."""
+MAX_SAMPLES = 10_000  # of the trajectories in one answer
+SHOWN_SAMPLES = 200  # of a trajectory that is shown, on `predictor/path` and `planner/best`
 
 
 def checked(default: Any, check: Callable[[Any], object]) -> Any:
@@ -40,11 +38,6 @@ def checked(default: Any, check: Callable[[Any], object]) -> Any:
     if isinstance(default, list):
         return dataclasses.field(default_factory=default.copy, metadata={CHECK: check})
     return dataclasses.field(default=default, metadata={CHECK: check})
-
-
-def check_scene(name_or_path: str) -> None:
-    """Raise ValueError or OSError if there is no such scene, or if it has mistakes."""
-    Scene.load(name_or_path)
 
 
 def check_frame_name(name: str) -> None:
@@ -84,20 +77,10 @@ def declare(node: Node, *kinds: Any, fixed: Callable[[], str] = lambda: '') -> N
     """
     Declare the parameters of a node, and refuse bad values from now on.
 
-    Parameters
-    ----------
-    node : Node
-    *kinds : type
-        Dataclasses whose fields are the parameters. `READ_ONLY` of a dataclass names the fields
-        whose values can be given only when the node starts; None stands for all fields.
-    fixed : callable
-        Returns why the parameters cannot be set at the moment; '' if they can.
-
-    Raises
-    ------
-    rclpy.exceptions.ParameterException
-        If a value given at start-up has the wrong type, is out of range, or fails its check.
-
+    The parameters are the fields of the dataclasses `kinds`. `READ_ONLY` of a dataclass names the
+    fields whose values can be given only when the node starts; None stands for all fields. `fixed`
+    returns why the parameters cannot be set at the moment; '' if they can. A bad value that is
+    given at start-up raises rclpy.exceptions.ParameterException.
     """
     declared = {each.name: each for kind in kinds for each in dataclasses.fields(kind)}
 

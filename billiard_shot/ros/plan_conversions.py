@@ -10,6 +10,7 @@ from billiard_shot_msgs.action import PlanShot
 from billiard_shot_msgs.msg import RankedPlan, TableState, Target
 from geometry_msgs.msg import Point, Vector3
 from std_msgs.msg import Header
+import yaml
 
 from billiard_shot import PlanResult, Scene
 from billiard_shot.perception import gate
@@ -29,8 +30,7 @@ from billiard_shot.scene import Noise, Robot
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.scene.rack import Place
 
-DEGREES = '_deg'
-"""End of the names of angles in degrees."""
+DEGREES = '_deg'  # end of the names of angles in degrees
 
 R = TypeVar('R')
 
@@ -51,7 +51,7 @@ class PlanRequest:
     """Arguments of `billiard_shot.plan`."""
 
     scene: Scene
-    target: dict[str, Any]
+    target: targets.Target | dict[str, Any]
     noise: Noise
     constraints: dict[str, Any]
     budget: int
@@ -66,22 +66,14 @@ def plan_request_of(
     """
     Make the request for a goal; missing values are those of `default` or of the table state.
 
-    Raises
-    ------
-    ValueError
-        With the field, its value, and the allowed range. Fields that the library checks are not
-        checked here.
-
+    ValueError names the mistakes, but not in fields that `plan` checks.
     """
     if goal.sample_count > MAX_SAMPLES:
         raise ValueError(f'sample_count must be at most {MAX_SAMPLES}, got {goal.sample_count}')
     check_frame('header.frame_id', goal.header, frame)
-    for name, names in (
-        ('first_contact', goal.first_contact),
-        ('keep', goal.keep),
-        ('target.balls', goal.target.balls),
-        ('target.pockets', goal.target.pockets),
-    ):
+    of_balls = {name: list(getattr(goal, name)) for name in ('keep', 'first_contact')}
+    of_target = {f'target.{name}': getattr(goal.target, name) for name in ('balls', 'pockets')}
+    for name, names in (of_balls | of_target).items():
         gate.check_count(name, names)
         for each in names:
             gate.check_name(name, each)
@@ -91,19 +83,16 @@ def plan_request_of(
         scene, balls = requested_scene(scene, goal.balls)
     elif table is not None:
         scene, balls = table_scene(scene, table, frame)
-    constraints = dict(default.constraints)
+    constraints = default.constraints
     if goal.limits:
         constraints = asdict(record_of(Robot, goal.limits[0], 'limits'))
-    for name in ('keep', 'first_contact'):
-        if names := list(getattr(goal, name)):
-            constraints[name] = names
+    constraints = constraints | {name: names for name, names in of_balls.items() if names}
     noise = record_of(Noise, goal.noise[0], 'noise') if goal.noise else default.noise
     if not (goal.noise and goal.noise[0].balls):
         noise = replace(noise, balls=max(noise.balls, largest_deviation(balls)))
-    target = requested_target(goal.target) or default.target
     return PlanRequest(
         scene,
-        target,
+        requested_target(goal.target) or default.target,
         noise,
         constraints,
         goal.budget or default.budget,
@@ -118,13 +107,7 @@ def record_of(kind: type[R], message: Any, field: str) -> R:
     Make a record of the library from a message with the same fields.
 
     Angles are in radians in the message. They are in degrees in the record, where the names of
-    their fields end in `_deg`.
-
-    Raises
-    ------
-    ValueError
-        For each mistake, the name of the message's field, which begins with `field`.
-
+    their fields end in `_deg`. ValueError names the fields of the message, below `field`.
     """
     values, paths = {}, {}
     for each in fields(cast(Any, kind)):
@@ -197,16 +180,16 @@ def requested_target(target: Target) -> dict[str, Any] | None:
     return {name: value for name, value in {**found, 'radius': target.radius}.items() if value}
 
 
+def target_in(text: str) -> targets.Target:
+    """Read a target from YAML; ValueError if it has mistakes. `plan` checks if it fits a scene."""
+    try:
+        return targets.read_target(yaml.safe_load(text))
+    except yaml.YAMLError as error:
+        raise ValueError(f'target: {text!r} is not YAML: {error}') from None
+
+
 def target_message(target: targets.Target | Mapping[str, Any]) -> Target:
-    """
-    Make the message of a target in the form that `plan` takes.
-
-    Raises
-    ------
-    ValueError
-        With every invalid field, its value and the allowed range.
-
-    """
+    """Make the message of a target as `plan` takes it; ValueError names its mistakes."""
     found = targets.read_target(target)
     message = Target(radius=getattr(found, 'radius', 0.0))
     point: Place | None

@@ -16,11 +16,9 @@ from rclpy.action import ActionServer, CancelResponse
 from rclpy.node import Node
 from rclpy.task import Future
 from visualization_msgs.msg import MarkerArray
-import yaml
 
 from billiard_shot import plan, PlanResult, Scene, Status
 from billiard_shot.planning.runner import Progress
-from billiard_shot.planning.targets import read_target
 from billiard_shot.ros import display, parameters, plan_conversions
 from billiard_shot.ros.node_runner import (
     BURST,
@@ -30,24 +28,12 @@ from billiard_shot.ros.node_runner import (
     spin_node,
     wait_for_library,
 )
-from billiard_shot.ros.parameters import check_scene, checked, OfTable
-from billiard_shot.ros.plan_conversions import PlanRequest
+from billiard_shot.ros.parameters import checked, OfTable, SHOWN_SAMPLES
+from billiard_shot.ros.plan_conversions import PlanRequest, target_in
 from billiard_shot.scene import Noise, Robot
 from billiard_shot.scene.fields import number, whole_number
 
-BEST_SAMPLES = 200
-"""Number of samples of the trajectory on `~/best`."""
-
-FEEDBACK_PERIOD = 0.1
-"""Shortest time between two feedback messages [s]."""
-
-
-def _check_target(text: str) -> None:
-    """Raise ValueError if a target has mistakes; `plan` checks whether it fits the scene."""
-    try:
-        read_target(yaml.safe_load(text))
-    except yaml.YAMLError as error:
-        raise ValueError(f'target: {text!r} is not YAML: {error}') from None
+FEEDBACK_PERIOD = 0.1  # s between two feedback messages, or more
 
 
 @dataclass(frozen=True)
@@ -72,8 +58,8 @@ class PlannerParameters(OfTable):
 
     """
 
-    scene: str = checked('paper', check_scene)
-    target: str = checked('{rest: [0.5, -0.3], radius: 0.1}', _check_target)
+    scene: str = checked('paper', Scene.load)
+    target: str = checked('{rest: [0.5, -0.3], radius: 0.1}', target_in)
     budget: int = whole_number(minimum=1, maximum=10_000_000, default=60_000)
     time_limit: float = number('s', minimum=0.0, maximum=3600.0, default=0.0)
     seed: int = whole_number(minimum=0, maximum=2**31 - 1, default=1)
@@ -83,11 +69,9 @@ class Search:
     """A search for a goal."""
 
     def __init__(self, goal: GoalHandle, executor: Any) -> None:
-        self.goal = goal
         self.ended: Future[None] = Future(executor=executor)
-        self.stop = threading.Event()  # ends the search
-        self.preempted = False  # whether a newer goal has ended it
-        self._reported, self._next_report = 0, 0.0
+        self.replaced = threading.Event()  # by a newer goal
+        self._goal, self._reported, self._next_report = goal, 0, 0.0
 
     def report(self, now: Progress) -> None:
         """Publish feedback, if there is progress and the last feedback is not quite new."""
@@ -95,7 +79,7 @@ class Search:
             self._reported, self._next_report = now.simulations, monotonic() + FEEDBACK_PERIOD
             feedback = PlanShot.Feedback(simulations=now.simulations, budget=now.budget)
             feedback.success = now.success
-            self.goal.publish_feedback(feedback)
+            self._goal.publish_feedback(feedback)
 
 
 class Planner(Node):
@@ -127,7 +111,7 @@ class Planner(Node):
             PlanShot,
             'plan_shot',
             self._execute,
-            cancel_callback=self._cancel,
+            cancel_callback=lambda _: CancelResponse.ACCEPT,
             goal_service_qos_profile=BURST,
             result_service_qos_profile=BURST,
             cancel_service_qos_profile=BURST,
@@ -141,7 +125,7 @@ class Planner(Node):
         limits = {name: self.get_parameter(name).value for name in usual}
         self._default = PlanRequest(
             scene,
-            yaml.safe_load(own.target),
+            target_in(own.target),
             scene.noise,
             {name: value for name, value in limits.items() if value != usual[name]},
             own.budget,
@@ -171,14 +155,17 @@ class Planner(Node):
             goal.request, self._default, self._table, self.get_parameter('frame').value
         )
         while self._search:  # and all goals that were waiting before this one
-            self._search.preempted = True
-            self._search.stop.set()
+            self._search.replaced.set()
             await self._search.ended
         if goal.is_cancel_requested:
             goal.canceled()
             why = 'cancelled before it began'
             return PlanShot.Result(status=int(Status.CANCELLED), message=why)
         search = self._search = Search(goal, self.executor)
+
+        def is_over() -> bool:
+            return search.replaced.is_set() or goal.is_cancel_requested or not rclpy.ok()
+
         try:
             result: PlanResult = await in_thread(
                 self,
@@ -190,7 +177,7 @@ class Planner(Node):
                     request.seed,
                     request.constraints,
                     progress=search.report,
-                    cancel=lambda: search.stop.is_set() or not rclpy.ok(),
+                    cancel=is_over,
                     time_limit=request.time_limit,
                 ),
             )
@@ -200,12 +187,14 @@ class Planner(Node):
         self.get_logger().info(f'{result.status.name}: {result.message}')
         header, plan_id = parameters.table_header(self), uuid.uuid4().hex[:8]
         if best := result.best:
-            name, samples = f'{plan_id}-1', BEST_SAMPLES
-            shown = plan_conversions.ranked_message(best, request, name, header, samples)
-            self._best.publish(shown)
+            self._best.publish(
+                plan_conversions.ranked_message(
+                    best, request, f'{plan_id}-1', header, SHOWN_SAMPLES
+                )
+            )
             self._markers.publish(display.plan_markers(result.ranking, header))
         message = plan_conversions.plan_result(result, request, plan_id, goal.request, header)
-        if search.preempted:
+        if search.replaced.is_set():
             message.message = f'preempted by a newer goal; {message.message}'
         if goal.is_cancel_requested:
             goal.canceled()
@@ -214,11 +203,6 @@ class Planner(Node):
         else:
             goal.abort()
         return message
-
-    def _cancel(self, goal: GoalHandle) -> CancelResponse:
-        if self._search and self._search.goal is goal:
-            self._search.stop.set()
-        return CancelResponse.ACCEPT
 
 
 def warm_up_planning(request: PlanRequest) -> None:

@@ -12,75 +12,31 @@ targets also a predictor, and for targets a planner. With `--serve` it is the no
 
 import argparse
 from collections.abc import Callable, Sequence
-import gc
 import math
-import signal
-import sys
-from typing import Any
 
 from action_msgs.msg import GoalStatus
 from billiard_shot_msgs.action import ExecuteShot
 from billiard_shot_msgs.srv import PredictShot
-from rclpy.signals import SignalHandlerOptions
-import yaml
 
 from billiard_shot import Scene, Status, Stroke
 from billiard_shot.cue.outcome import GoalOutcome, RefusedError
 from billiard_shot.planning.at_rest import reached_at_rest
 from billiard_shot.planning.statistics import estimate_in_words
-from billiard_shot.planning.targets import read_target, Target
+from billiard_shot.planning.targets import Target
 from billiard_shot.ros import conversions
-from billiard_shot.ros.client import (
-    NoPlanError,
-    NotReadyError,
-    RobotClient,
-    short_id,
-    START_UP,
-    VALIDITY,
-)
+from billiard_shot.ros.client import RobotClient, VALIDITY
+from billiard_shot.ros.client_program import add_client_arguments, CLIENT_HELP, run_client
 from billiard_shot.ros.game_table import GameTable
-from billiard_shot.ros.node_runner import (
-    initialized,
-    own_arguments,
-    parser_of,
-    steady_timer,
-    wait_for_library,
-)
-from billiard_shot.ros.plan_conversions import target_message
+from billiard_shot.ros.node_runner import own_arguments, parser_of, wait_for_library
+from billiard_shot.ros.plan_conversions import target_in, target_message
 from billiard_shot.ros.terminal import FIRE, say, TypedLines
 from billiard_shot.ros.turn_client import add_turn_arguments, first_state, play_turn
 from billiard_shot.ros.turn_server import TurnServer
 from billiard_shot.scene.placement import CUE_BALL
-from billiard_shot.shot.stroke_options import (
-    add_stroke_arguments,
-    strokes_from_options,
-    strokes_given,
-)
+from billiard_shot.shot.stroke_options import strokes_from_options, strokes_given
 
-MAX_VALIDITY = 3600.0
-"""Longest time within which a shot must be fired [s]."""
-
-MAX_BUDGET = 2**32 - 1
-"""Largest number of strokes to simulate that fits into a goal."""
-
-SIGNAL_PERIOD = 0.05
-"""Time between two checks for caught signals [s]."""
-
-PLAYED, SHOT_FAILED, NOT_READY = 0, 1, 3
-"""Exit codes; argparse ends with 2."""
-
-CLIENT_HELP = """\
-exit codes:
-  0  every shot was played, and reached its target if it has one; a turn was played, and the
-     rack was not lost; with --serve, after Ctrl+C or SIGTERM
-  1  a shot was refused, ended early, or missed its target; the output says why; later
-     shots are not played
-  2  the arguments are invalid
-  3  a node is missing or not ready; the message names it
-  130, 143  ended by Ctrl+C or SIGTERM; a shot that has not begun is cancelled
-
-ROS arguments follow --ros-args, such as -r __ns:=/left_robot"""
-"""End of the help of programs that ask the nodes."""
+MAX_VALIDITY = 3600.0  # s within which a shot must be fired
+MAX_BUDGET = 2**32 - 1  # strokes to simulate; no larger number fits into a goal
 
 
 def play_shot(client: RobotClient, name: str, goal: ExecuteShot.Goal, arm: bool) -> bool:
@@ -100,6 +56,8 @@ def play_shot(client: RobotClient, name: str, goal: ExecuteShot.Goal, arm: bool)
     typed = TypedLines()
 
     def tell_how_to_fire() -> None:
+        if arm:
+            return
         while typed.next() is not None:
             pass  # a word that was typed before does not fire
         service = client.resolve_service_name('cue_driver/arm')
@@ -108,11 +66,7 @@ def play_shot(client: RobotClient, name: str, goal: ExecuteShot.Goal, arm: bool)
             f'billiard_shot_msgs/srv/Arm "{{shot_id: {plan.shot_id}}}"'
         )
 
-    asked: tuple[Callable[[], bool], Callable[[], object]] = (
-        lambda: typed.next() == FIRE,
-        tell_how_to_fire,
-    )
-    response = client.execute(goal, *(() if arm else asked))
+    response = client.execute(goal, lambda: arm or typed.next() == FIRE, tell_how_to_fire)
     result = response.result
     executed = f'  executed    {GoalOutcome(result.outcome).name}: {result.message}'
     if response.status != GoalStatus.STATUS_SUCCEEDED:
@@ -140,8 +94,7 @@ def play_stroke(
 ) -> bool:
     """Play a given stroke and print the result; return False if it was not played."""
     try:
-        shot_id = f'{name} {short_id()}'
-        goal = client.goal(stroke, client.balls(), scene, shot_id, options.valid_for)
+        goal = client.goal(stroke, client.balls(), scene, name, options.valid_for)
     except RefusedError as error:
         say(f'{name}: {error}')
         return False
@@ -152,10 +105,10 @@ def play_target(
     client: RobotClient, text: str, target: Target, options: argparse.Namespace
 ) -> bool:
     """Plan for a target, play, and print the result; return False if it was missed."""
-    try:
-        result = client.plan(target_message(target), options.budget)
-    except NoPlanError as error:
-        say(f'{text}: {error}')
+    answer = client.plan(target_message(target), options.budget)
+    result = answer.result
+    if answer.status != GoalStatus.STATUS_SUCCEEDED:
+        say(f'{text}: {result.message}')
         return False
     best = result.plans[0]
     success = estimate_in_words(best.success, best.trials, (best.success_low, best.success_high))
@@ -179,10 +132,10 @@ def play_target(
 
 def _target(text: str) -> tuple[str, Target]:
     try:
-        target = read_target(yaml.safe_load(text))
+        target = target_in(text)
         target_message(target)  # refuses targets that the action does not take
         return text, target
-    except (ValueError, yaml.YAMLError) as error:
+    except ValueError as error:
         raise argparse.ArgumentTypeError(str(error)) from None
 
 
@@ -197,53 +150,6 @@ def _number(kind: type, most: float) -> Callable[[str], float]:
 
     read.__name__ = kind.__name__  # in messages of argparse
     return read
-
-
-def add_client_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the options of all programs that ask the nodes for strokes."""
-    add_stroke_arguments(parser)
-    add = parser.add_argument
-    scene = 'bundled scene or YAML file, for given strokes; the same as for the nodes (paper)'
-    add('--scene', default='paper', metavar='SCENE', help=scene)
-    wait = f'time to wait for each node in seconds ({START_UP:g})'
-    add('--wait', type=float, default=START_UP, metavar='S', help=wait)
-
-
-def run_client(
-    name: str,
-    args: Sequence[str] | None,
-    work: Callable[[RobotClient], bool],
-    *,
-    serves: bool = False,
-    **options: Any,
-) -> None:
-    """
-    Do some work with a client, and exit with one of the codes of `CLIENT_HELP`.
-
-    A client that `serves` is the node `name`, which ends with 0 after a signal. `options` are
-    parameters of `RobotClient`.
-    """
-    caught: list[int] = []
-
-    # A signal handler that raises SystemExit would sometimes do so within rclpy, which drops the
-    # exception. So a timer exits between two callbacks.
-    def end_if_caught() -> None:
-        if caught:
-            sys.exit(0 if serves else 128 + caught.pop())
-
-    # The handlers of rclpy would shut down its context, and then no goal could be cancelled.
-    with initialized(args, signal_handler_options=SignalHandlerOptions.NO):
-        for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, lambda number, _: caught.append(number))
-        try:
-            client = RobotClient(name if serves else f'{name}_client', **options)
-            steady_timer(client, SIGNAL_PERIOD, end_if_caught)
-            gc.freeze()  # a long garbage collection would silence the safety inputs
-            code = PLAYED if work(client) else SHOT_FAILED
-        except NotReadyError as error:
-            say(f'{name}: {error}', sys.stderr)
-            code = NOT_READY
-    sys.exit(code)
 
 
 def main(args: Sequence[str] | None = None) -> None:

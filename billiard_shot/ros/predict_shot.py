@@ -14,8 +14,8 @@ from billiard_shot import Scene, Status, Stroke
 from billiard_shot.perception.sightings import Sighting
 from billiard_shot.ros import conversions, cue_conversions
 from billiard_shot.ros.client import RobotClient
+from billiard_shot.ros.client_program import add_client_arguments, CLIENT_HELP, run_client
 from billiard_shot.ros.node_runner import own_arguments, parser_of
-from billiard_shot.ros.player import add_client_arguments, CLIENT_HELP, run_client
 from billiard_shot.ros.terminal import say
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.stroke_options import strokes_from_options
@@ -71,8 +71,6 @@ def main(args: Sequence[str] | None = None) -> None:
     table = 'with the balls of table_state; otherwise with those of the scenes'
     add('--table', action='store_true', help=table)
     add('--brief', action='store_true', help='two lines for each stroke')
-    tolerance = "largest error of the trajectory in metres (the predictor's parameter)"
-    add('--tolerance', type=float, default=0.0, metavar='M', help=tolerance)
     options = parser.parse_args(own_arguments(args))
     try:
         scene = Scene.load(options.scene)
@@ -91,7 +89,6 @@ def main(args: Sequence[str] | None = None) -> None:
         for name, stroke in strokes.items():
             request = request_of(stroke, scene, ball)
             request.use_table_state, request.all_balls = options.table, True
-            request.tolerance = options.tolerance
             response = client.predict(request)
             say(f'{name}: {stroke}\n{response_text(response, options.brief)}')
             refused |= Status(response.status).refused

@@ -25,15 +25,11 @@ from billiard_shot.ros.node_runner import (
     steady_timer,
     warm_up,
 )
-from billiard_shot.ros.parameters import check_scene, checked, MAX_SAMPLES, OfTable
+from billiard_shot.ros.parameters import checked, MAX_SAMPLES, OfTable, SHOWN_SAMPLES
 from billiard_shot.scene.fields import number, whole_number
 from billiard_shot.shot.replay import to_json
 
-PATH_SAMPLES = 200
-"""Number of poses on the topic `~/path`."""
-
-SHOW_DELAY = 0.05
-"""Delay from an answer to its path and markers [s]; of several answers, the last is shown."""
+SHOW_DELAY = 0.05  # s from an answer to its path and markers; of several, the last is shown
 
 
 @dataclass(frozen=True)
@@ -53,7 +49,7 @@ class PredictorParameters(OfTable):
 
     """
 
-    scene: str = checked('paper', check_scene)
+    scene: str = checked('paper', Scene.load)
     tolerance: float = number('m', minimum=1e-12, maximum=1.0, default=1e-4)
     sample_count: int = whole_number(minimum=0, maximum=MAX_SAMPLES, default=0)
 
@@ -107,8 +103,8 @@ class Predictor(Node):
             work = partial(predict, scene, stroke, tolerance=tolerance, position=ball)
             # a thread takes longer than one ball; a rack of balls that touch takes seconds
             shot = await in_thread(self, work) if len(scene.balls) > 1 else work()
-        except ValueError as error:
-            return _refused(response, error)
+        except Exception as error:
+            return _refused(self, response, error)
         samples = request.sample_count or own.sample_count
         response = conversions.response_of(shot, samples, request.all_balls)
         if response.trajectory.times:
@@ -123,36 +119,35 @@ class Predictor(Node):
         self, request: PredictShots.Request, response: PredictShots.Response
     ) -> PredictShots.Response:
         own, begin = self._own, perf_counter()
-        try:
+
+        def compute() -> PredictShots.Response:
             scene, ball = conversions.place_balls(request, self._scene, self._table, own.frame)
+            batch = conversions.requested_batch(request, scene, ball)
             tolerance = request.tolerance or own.tolerance
+            result = predict_batch(
+                scene, batch.normals, batch.velocities, tolerance, position=ball
+            )
+            return conversions.batch_response(batch, result, perf_counter() - begin)
 
-            def compute() -> PredictShots.Response:
-                batch = conversions.requested_batch(request, scene, ball)
-                result = predict_batch(
-                    scene, batch.normals, batch.velocities, tolerance, position=ball
-                )
-                return conversions.batch_response(batch, result, perf_counter() - begin)
-
-            response = await in_thread(self, compute)
-        except Exception as error:  # an answer that never comes is worse than a refusal
-            if not isinstance(error, ValueError):
-                self.get_logger().error(traceback.format_exc())
-            _refused(response, error)
-        return response
+        try:
+            return await in_thread(self, compute)
+        except Exception as error:
+            return _refused(self, response, error)
 
     def _show(self) -> None:
         self._show_timer.cancel()
         shot, header = self._shown, parameters.table_header(self)
         assert shot
-        trajectory = conversions.trajectory_message(shot.trajectory, PATH_SAMPLES)
+        trajectory = conversions.trajectory_message(shot.trajectory, SHOWN_SAMPLES)
         self._path.publish(display.path_of(trajectory, header))
         self._markers.publish(display.shot_markers(shot, header))
         self._record.publish(String(data=to_json(shot)))
 
 
-def _refused(response: Any, error: Exception) -> Any:
+def _refused(node: Node, response: Any, error: Exception) -> Any:
     """Refuse a request because of an error; the library's names become those of the fields."""
+    if not isinstance(error, ValueError):  # an answer that never comes is worse than a refusal
+        node.get_logger().error(traceback.format_exc())
     response.status = int(getattr(error, 'status', Status.INVALID_REQUEST))
     response.message = re.sub(r'^position\b', 'ball_position', str(error) or repr(error))
     return response

@@ -8,8 +8,8 @@ import signal
 import subprocess
 import sys
 
+# Places of the folder `config`: in a source checkout, and where pip installs it.
 FOLDERS = (Path(__file__).resolve().parents[2], Path(sys.prefix) / 'share' / 'billiard_shot')
-"""Places of the folder `config`: in a source checkout, and where pip installs it."""
 
 
 def config_file(name: str) -> Path:
@@ -20,8 +20,8 @@ def config_file(name: str) -> Path:
     raise LookupError(f'config/{name} must be in one of {", ".join(map(str, FOLDERS))}')
 
 
+# Time-outs for many processes on few cores.
 SIMULATION = ('--params-file', str(config_file('simulation.yaml')))
-"""Arguments with time-outs for many processes on few cores."""
 
 
 def quick_environment() -> dict[str, str]:

@@ -13,15 +13,33 @@ import time
 from billiard_shot.ros.node_runner import own_arguments, parser_of
 from billiard_shot.ros.processes import quick_environment, running, SIMULATION
 
-PROCESS_POLL_PERIOD = 0.2
-"""Time between two checks whether all nodes still run [s]."""
+PROCESS_POLL_PERIOD = 0.2  # s between two checks whether all nodes still run
+
+
+def nodes_of(
+    ros: Sequence[str], scene: str, simulate: bool, camera: bool, player: bool, interface: str
+) -> dict[str, tuple[str, ...]]:
+    """Nodes and their ROS arguments; `ros` are arguments of all nodes."""
+    patience = SIMULATION if simulate else ()
+    on_it = ('-p', f'scene:={scene}', *ros)
+    driver = (*on_it, '-p', 'autostart:=true', '-p', f'interface:={interface}', *patience)
+    nodes = {'predictor': on_it, 'planner': on_it, 'cue_driver': driver}
+    if camera:
+        nodes['table_tracker'] = on_it
+    if player:
+        nodes['player'] = (*ros, '--', '--serve', '--scene', scene)
+    if simulate:
+        nodes['table_sim'] = (*on_it, '-p', f'camera:={camera}', *patience)
+        if interface == 'topic':
+            nodes['cue_sim'] = (*ros, *patience)
+    return nodes
 
 
 def main(args: Sequence[str] | None = None) -> None:
     """Start the nodes; the exit code is 1 if one of them ends by itself."""
     given = list(sys.argv if args is None else ['', *args])
     own = own_arguments(args)
-    ros = [each for each in given[1:] if each not in own and each != '--ros-args']
+    ros = [each for each in given[1:] if each not in (*own, '--ros-args', '--')]
     codes = 'exit codes: 0 after Ctrl+C; 1 if a node ended by itself; 2 invalid arguments'
     parser = parser_of('robot', __doc__, codes)
     scene_help = 'bundled scene or YAML file for all nodes; its cue must be guided (paper)'
@@ -37,27 +55,16 @@ def main(args: Sequence[str] | None = None) -> None:
     interface_help = 'how cue_driver commands the mechanism (topic)'
     parser.add_argument('--interface', default='topic', choices=kinds, help=interface_help)
     options = parser.parse_args(own)
-    scene = ('-p', f'scene:={options.scene}', *ros)
-    patience = SIMULATION if options.simulate else ()
-    interface = ('-p', f'interface:={options.interface}')
-    driver = (*scene, '-p', 'autostart:=true', *interface, *patience)
-    nodes = {'predictor': scene, 'planner': scene, 'cue_driver': driver}
-    if options.camera:
-        nodes['table_tracker'] = scene
-    if options.player:
-        nodes['player'] = (*ros, '--', '--serve', '--scene', options.scene)
-    if options.simulate:
-        nodes['table_sim'] = (*scene, '-p', f'camera:={options.camera}', *patience)
-        if options.interface == 'topic':
-            nodes['cue_sim'] = (*ros, *patience)
+    nodes = nodes_of(ros, **vars(options))
     signal.signal(signal.SIGTERM, signal.default_int_handler)
+    ended: list[str] = []
     with running(nodes, quick_environment()) as processes:
         try:
-            while all(process.poll() is None for process in processes.values()):
+            while not ended:
                 time.sleep(PROCESS_POLL_PERIOD)
+                ended = [name for name, node in processes.items() if node.poll() is not None]
         except KeyboardInterrupt:
             return
-    ended = [name for name, process in processes.items() if process.poll() is not None]
     sys.exit(f'robot: a node has ended: {", ".join(ended)}')
 
 

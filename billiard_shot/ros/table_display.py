@@ -15,7 +15,7 @@ from billiard_shot.ros import parameters
 from billiard_shot.ros.conversions import check_frame, sightings_of
 from billiard_shot.ros.markers import array_of, ball, colour, label, shape, solids
 from billiard_shot.ros.node_runner import LATCHED, spin_node
-from billiard_shot.ros.parameters import check_scene, checked, OfTable
+from billiard_shot.ros.parameters import checked, OfTable
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.table.colours import ball_colour
@@ -27,9 +27,7 @@ CLOTH, CUSHION, WOOD, HOLE, TEXT = map(
 THICKNESS = 0.03  # m, of the bed
 CLOTH_SIZE = 8.0  # m, side of the square that shows an infinite cloth
 MARKER_LIFT = 5e-4  # m, height of flat markers above the surface under them
-
-MIN_CHANGE = 1e-5
-"""Smallest shown motion of a ball [m]; a smaller one may be noise."""
+MIN_CHANGE = 1e-5  # m, smallest shown motion of a ball; a smaller one may be noise
 
 BallCentres = Mapping[str, tuple[float, float, float]]
 
@@ -47,7 +45,7 @@ class TableDisplayParameters(OfTable):
 
     """
 
-    scene: str = checked('paper', check_scene)
+    scene: str = checked('paper', Scene.load)
 
 
 class TableDisplay(Node):

@@ -19,7 +19,7 @@ from billiard_shot.ros.conversions import ball_message, seconds, time_of
 from billiard_shot.ros.detections import class_names_of, picture_of
 from billiard_shot.ros.frames import Frames
 from billiard_shot.ros.node_runner import LATCHED, spin_node, steady_timer
-from billiard_shot.ros.parameters import check_scene, checked, OfTable
+from billiard_shot.ros.parameters import checked, OfTable
 from billiard_shot.scene import Scene
 from billiard_shot.scene.fields import number
 from billiard_shot.scene.placement import CUE_BALL
@@ -60,7 +60,7 @@ class TableTrackerParameters(OfTable):
     """
 
     READ_ONLY: ClassVar = ('scene', 'class_names', 'detection_noise', 'min_score')
-    scene: str = checked('paper', check_scene)
+    scene: str = checked('paper', Scene.load)
     class_names: list[str] = checked([CUE_BALL, *map(str, range(1, 16))], class_names_of)
     detection_noise: float = number('m', minimum=1e-6, maximum=MAX_DEVIATION, default=0.0005)
     min_score: float = number('', minimum=0.0, maximum=1.0, default=0.5)

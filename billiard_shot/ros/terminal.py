@@ -7,8 +7,7 @@ from typing import TextIO
 
 from billiard_shot.scene.errors import printable
 
-FIRE = 'fire'
-"""What the operator types to fire an aimed shot."""
+FIRE = 'fire'  # what the operator types to fire an aimed shot
 
 
 def escaped(text: str) -> str:

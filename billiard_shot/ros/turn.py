@@ -17,34 +17,26 @@ from action_msgs.msg import GoalStatus
 from billiard_shot_msgs.action import PlayTurn
 from billiard_shot_msgs.msg import TurnShot
 
-from billiard_shot import Scene, Stroke
+from billiard_shot import Stroke
 from billiard_shot.cue.outcome import GoalOutcome as Execution
 from billiard_shot.cue.outcome import RefusedError
 from billiard_shot.game.agent import Agent, scene_of
 from billiard_shot.game.call import Decision
-from billiard_shot.game.checks import illegal
 from billiard_shot.game.outcome import Outcome
+from billiard_shot.game.rack import decision_of
 from billiard_shot.game.referee import choose, concede, judge
 from billiard_shot.game.ruling import Ruling
 from billiard_shot.game.seen import Places, possible_rulings
 from billiard_shot.game.state import State
-from billiard_shot.game.tournament import find_agent
 from billiard_shot.perception.sightings import Balls
-from billiard_shot.ros.client import (
-    CanceledError,
-    NotReadyError,
-    RobotClient,
-    short_id,
-    TableUnknownError,
-)
+from billiard_shot.ros.client import CanceledError, NotReadyError, RobotClient, TableUnknownError
 from billiard_shot.ros.game_table import GameTable
 from billiard_shot.ros.terminal import escaped
 
 T = TypeVar('T')
 
 TurnStage = PlayTurn.Feedback
-AIMED = 'aimed'
-"""Message of the feedback that tells when a shot waits to be armed."""
+AIMED = 'aimed'  # message of the feedback that tells when a shot waits to be armed
 
 Tell: TypeAlias = Callable[[int, str, str, Places], object]
 """Called with the stage, a message, the id of the shot, and the balls of the stage PLACE."""
@@ -64,6 +56,7 @@ class AgentError(RuntimeError):
 EARLY_ENDS: dict[type[Exception], int] = {
     CanceledError: PlayTurn.Result.CANCELED,
     NotPlayedError: PlayTurn.Result.NOT_PLAYED,
+    RefusedError: PlayTurn.Result.NOT_PLAYED,
     AgentError: PlayTurn.Result.AGENT_FAILED,
     TableUnknownError: PlayTurn.Result.TABLE_UNKNOWN,
     NotReadyError: PlayTurn.Result.NOT_READY,
@@ -110,25 +103,18 @@ class Turn:
 
     def _go_on(self) -> None:
         """Take a choice, or play a shot; change the state."""
-        state = self.state
-        self.tell(TurnStage.DECIDE, f'player {state.player} decides', '', {})
-        if state.places_cue_ball:
-            x, y = self._ask_agent(_place, self.agent, state)
-            if why := state.no_place(x, y):
-                self._judged(state, Decision(), concede(state, f'{(x, y)}: {why}'), '')
-                return
-            state = state.with_cue_ball(x, y)
-        wanted = state
+        self.tell(TurnStage.DECIDE, f'player {self.state.player} decides', '', {})
+        wanted, decision, refusal = self._ask_agent(decision_of, self.agent, self.state)
+        state = wanted
         seen: Balls = {}
-        if not state.choices:
+        if not (wanted.choices or refusal):
             state, seen = self.table.arrange(
                 wanted, lambda what, balls: self.tell(TurnStage.PLACE, what, '', balls)
             )
-        decision = self._ask_agent(_decide, self.agent, wanted)
-        if state.balls != wanted.balls:  # an agent may decide when it places the cue ball
-            decision = self._ask_agent(_decide, self.agent, state)
-        if why := illegal(state, decision):
-            self._judged(state, Decision(), concede(state, why), '')
+            if state.balls != wanted.balls:  # the balls never lie quite as wanted
+                _, decision, refusal = self._ask_agent(decision_of, self.agent, state)
+        if refusal:
+            self._judged(state, decision, concede(state, refusal), '')
         elif decision.choice:
             self.state = choose(state, decision.choice)
         elif decision.stroke is None:
@@ -148,12 +134,9 @@ class Turn:
 
     def _shoot(self, state: State, seen: Balls, decision: Decision, stroke: Stroke) -> None:
         """Play a stroke that was decided for the balls that were seen, watch them, and judge."""
-        shot_id = f'{state.game} {state.shots + 1} {short_id()}'
-        try:
-            scene = scene_of(self.table.scene, state)
-            goal = self.table.client.goal(stroke, seen, scene, shot_id)
-        except RefusedError as error:
-            raise NotPlayedError(str(error)) from None
+        scene, name = scene_of(self.table.scene, state), f'{state.game} {state.shots + 1}'
+        goal = self.table.client.goal(stroke, seen, scene, name)
+        shot_id = goal.plan.shot_id
         self.tell(TurnStage.PLAY, decision.reason or 'plays', shot_id, {})
         self.table.records.clear()
         aimed = partial(self.tell, TurnStage.PLAY, AIMED, shot_id, {})
@@ -196,25 +179,3 @@ class Turn:
         self.tell(TurnStage.JUDGED, ruling.text, shot_id, {})
         self.state = ruling.state
         self._ask_agent(self.agent.saw, state, decision, ruling)
-
-
-def make_agent(name: str, scene: Scene, seed: int) -> Agent:
-    """Make an agent; ValueError if there is none, AgentError if its module or `make` fails."""
-    try:
-        return find_agent(name)(scene, seed)
-    except ValueError:
-        raise
-    except Exception as error:
-        raise AgentError(f'agent {name!r} has failed: {error!r}') from error
-
-
-def _place(agent: Agent, state: State) -> tuple[float, float]:
-    x, y = map(float, agent.place(state))
-    return x, y
-
-
-def _decide(agent: Agent, state: State) -> Decision:
-    found: Any = agent.decide(state)
-    if not isinstance(found, Decision):
-        raise TypeError(f'decide must return a Decision, got {found!r}')
-    return found

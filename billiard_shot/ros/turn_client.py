@@ -16,7 +16,7 @@ from billiard_shot import Scene
 from billiard_shot.game.game import start
 from billiard_shot.game.state import State
 from billiard_shot.game.typed import OUTCOME_HELP, read_outcome
-from billiard_shot.ros.client import result_of, RobotClient
+from billiard_shot.ros.client import LOOK_PERIOD, result_of, RobotClient
 from billiard_shot.ros.game_conversions import (
     balls_message,
     game_state_message,
@@ -26,11 +26,7 @@ from billiard_shot.ros.game_conversions import (
 from billiard_shot.ros.terminal import FIRE, say, TypedLines
 from billiard_shot.ros.turn import AIMED
 
-TYPING_PERIOD = 0.05
-"""Time between two looks for typed lines [s]."""
-
-LAST_SHOT_TIME = 180.0
-"""Longest time in which a turn ends that is interrupted: a shot may have to be judged [s]."""
+LAST_SHOT_TIME = 180.0  # s in which an interrupted turn ends: a shot may have to be judged
 
 WORDS = {
     PlayTurn.Feedback.PLACE: 'place',
@@ -77,7 +73,7 @@ class Operator:
         self._client, self._arms, self._typed = client, arms, TypedLines()
         self._now = PlayTurn.Feedback()
         self._rule: Client[Any, Any] = client.create_client(RuleShot, 'player/rule_shot')
-        client.create_timer(TYPING_PERIOD, self._pass_on)
+        client.create_timer(LOOK_PERIOD, self._pass_on)
 
     def hear(self, message: Any) -> None:
         """Print feedback."""

@@ -1,6 +1,7 @@
 """The action `play_turn`: plays a turn of a game for whoever sends a goal."""
 
 from collections.abc import Sequence
+import math
 
 from billiard_shot_msgs.action import PlayTurn
 from billiard_shot_msgs.srv import RuleShot
@@ -11,7 +12,7 @@ from billiard_shot.game.game import game_names
 from billiard_shot.game.outcome import Outcome
 from billiard_shot.game.seen import Places, Told, told_outcome
 from billiard_shot.game.state import State
-from billiard_shot.game.tournament import agent_names
+from billiard_shot.game.tournament import agent_names, find_agent
 from billiard_shot.ros.client import CanceledError
 from billiard_shot.ros.game_conversions import (
     balls_message,
@@ -21,13 +22,10 @@ from billiard_shot.ros.game_conversions import (
 )
 from billiard_shot.ros.game_table import GameTable
 from billiard_shot.ros.node_runner import GoalHandle
-from billiard_shot.ros.turn import early_end, make_agent, Turn
+from billiard_shot.ros.turn import early_end, Turn
 from billiard_shot.scene.errors import InputError, Mistake, must_be_one_of, printable
 
-FOR_EVER = float('inf')
-
-RULE_TIME = 60.0
-"""Time in which somebody has to say what a shot did, once the goal is canceled [s]."""
+RULE_TIME = 60.0  # s in which somebody has to say what a shot did, once the goal is canceled
 
 
 class TurnServer:
@@ -62,7 +60,7 @@ class TurnServer:
         """Play the turns of goals, until a signal ends the program."""
         while True:
             with self._client.to_the_end():  # a cancel may come too late for the turn before
-                self._client.until(lambda: self._goal, FOR_EVER)
+                self._client.until(lambda: self._goal, math.inf)
             if self._goal:
                 goal, ended = self._goal
                 result = self._play(goal)
@@ -136,7 +134,7 @@ class TurnServer:
             self._client.wait_for_driver()
             places = places_of(request.balls) or self._table.places_at_rest()
             state = state_of(request.state, places, self._table.scene)
-            agent = make_agent(request.agent or 'player', self._table.scene, request.seed)
+            agent = find_agent(request.agent or 'player')(self._table.scene, request.seed)
         except Exception as error:
             outcome, message = early_end(error, self._client)
             return PlayTurn.Result(
@@ -156,7 +154,7 @@ class TurnServer:
     def _ask(self, shot_id: str, state: State, places: Places) -> Outcome:
         self._told, self._asked = None, (shot_id, state, places)
         try:
-            self._client.until(lambda: self._told or self._client.is_canceled, FOR_EVER)
+            self._client.until(lambda: self._told or self._client.is_canceled, math.inf)
             self._client.until(lambda: self._told, RULE_TIME)
         finally:
             self._asked = None

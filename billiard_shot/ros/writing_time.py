@@ -12,21 +12,10 @@ from rclpy.node import Node
 
 def written(info: Mapping[str, Any], now: float) -> float:
     """
-    Time at which the publisher wrote a message [s].
+    Time at which the publisher wrote a message, on the steady clock, which shows `now` [s].
 
-    Parameters
-    ----------
-    info : mapping
-        Message info that rclpy passes to a callback. Its source timestamp counts from 1970, so
-        the clocks of the two machines must be synchronised.
-    now : float
-        Time of the steady clock [s].
-
-    Returns
-    -------
-    float
-        Time on the steady clock; minus infinity if the middleware gives no timestamp.
-
+    The source timestamp in the message info counts from 1970, so the clocks of the two machines
+    must be synchronised. If the middleware gives no timestamp, the time is minus infinity.
     """
     source = info['source_timestamp']
     return now - 1e-9 * (time.time_ns() - source) if source else -math.inf

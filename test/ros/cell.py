@@ -111,7 +111,6 @@ class Cell:
             self.log.append,
             QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL),
         )
-        self.count = 0  # of goals, for their names
         self.ended = None  # future of the result of the last goal
         self.services = {
             name: PatientCaller(self.player, Trigger, f'{space}/{name}')
@@ -166,8 +165,7 @@ class Cell:
 
     def goal(self, name='shot', stroke=STROKE):
         """Goal with a new shot_id that begins with a name: a repeated test plays another shot."""
-        self.count += 1
-        return self.player.goal(stroke, self.player.balls(), SCENE, f'{name} {self.count}')
+        return self.player.goal(stroke, self.player.balls(), SCENE, name)
 
     def begin(self, goal):
         """Send a goal; a future of how it ends."""

@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 from threading import Thread
+from types import SimpleNamespace
 
 import pytest
 
@@ -18,6 +19,7 @@ from billiard_shot_msgs.srv import PredictShot
 from rclpy.action import ActionClient
 from waiting import PATIENCE, PatientCaller, spin_until
 
+from billiard_shot.ros import robot
 from billiard_shot.ros.client import RobotClient
 from billiard_shot.ros.processes import SIMULATION
 
@@ -80,6 +82,29 @@ def test_it_ends_if_a_node_ends(begin, node):
     assert 'no_such_scene' in said
     with pytest.raises(ProcessLookupError):
         os.killpg(process.pid, 0)
+
+
+@pytest.mark.parametrize(
+    'arguments',
+    [
+        ['--scene', 'robot_table', '--ros-args', '-r', '__ns:=/a'],
+        ['--ros-args', '-r', '__ns:=/a', '--', '--scene', 'robot_table'],
+    ],
+)
+def test_it_names_only_the_node_that_ended_by_itself(arguments, monkeypatch):
+    """Before, it named all nodes, because they had all ended by then."""
+    ended, running = SimpleNamespace(poll=lambda: 0), SimpleNamespace(poll=lambda: None)
+
+    @contextlib.contextmanager
+    def start(nodes, _):
+        assert nodes['predictor'] == ('-p', 'scene:=robot_table', '-r', '__ns:=/a')
+        yield {'planner': ended, 'predictor': running}
+        running.poll = ended.poll
+
+    monkeypatch.setattr(robot, 'running', start)
+    monkeypatch.setattr(signal, 'signal', lambda *_: None)
+    with pytest.raises(SystemExit, match=r'a node has ended: planner$'):
+        robot.main(arguments)
 
 
 @pytest.fixture

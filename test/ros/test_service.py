@@ -300,19 +300,22 @@ def test_a_request_for_many_strokes_is_refused_by_name(node, ask, changes, words
     assert words in answer.message
 
 
-def test_an_unexpected_error_in_a_batch_is_answered(domain, node, monkeypatch):
-    """The strokes are computed in a thread, whose error would otherwise leave no answer."""
+@pytest.mark.parametrize(
+    ('name', 'kind'), [('predict', PredictShot), ('predict_batch', PredictShots)]
+)
+def test_an_unexpected_error_is_answered(domain, node, monkeypatch, name, kind):
+    """Else the node would end, or a thread would leave no answer."""
 
     def broken(*_, **__):
         raise ZeroDivisionError
 
-    monkeypatch.setattr(predictor_node, 'predict_batch', broken)
+    monkeypatch.setattr(predictor_node, name, broken)
     server, executor = predictor_node.Predictor(), SingleThreadedExecutor()
     executor.add_node(server)
     server.executor = executor
-    answer = executor.create_task(
-        server._predict_shots, PredictShots.Request(), PredictShots.Response()
-    )
+    work = server._predict_shot if kind is PredictShot else server._predict_shots
+    request = request_for('horizontal') if kind is PredictShot else kind.Request()
+    answer = executor.create_task(work, request, kind.Response())
     executor.spin_until_future_complete(answer, PATIENCE)
     assert answer.result().status == Status.INVALID_REQUEST
     assert 'ZeroDivisionError' in answer.result().message

@@ -153,15 +153,15 @@ class Client:
             self.seen = self.after
         return {name: Sighting(place) for name, place in self.seen.items()}
 
-    def goal(self, stroke, balls, scene, shot_id):
-        return balls
+    def goal(self, stroke, balls, scene, name):
+        return SimpleNamespace(plan=SimpleNamespace(shot_id=f'{name} new', balls=balls))
 
     def execute(self, goal, may_fire, on_aimed):
         on_aimed()
         self.reach('aimed')
         assert may_fire()
         self.is_canceled |= self.cancel_at == 'firing'
-        if problem := moved(goal, self.wait_for_rest(), 1e-3):  # as the driver does
+        if problem := moved(goal.plan.balls, self.wait_for_rest(), 1e-3):  # as the driver does
             result = SimpleNamespace(
                 outcome=GoalOutcome.TABLE_DIFFERS, message=problem, struck=False
             )
