@@ -21,8 +21,7 @@ from billiard_shot_msgs.msg import BallState, GameState
 from cell import PATIENT
 import numpy as np
 from rclpy.action import ActionClient
-from std_srvs.srv import Trigger
-from waiting import PATIENCE, PatientCaller
+from waiting import PATIENCE
 
 from billiard_shot import Scene
 from billiard_shot.game.game import start
@@ -85,10 +84,8 @@ def record(cell, bag, state):
         assert client.until(lambda topic=topic: client.count_publishers(topic), PATIENCE), topic
     goal = PlayTurn.Goal(state=game_state_message(state), seed=SEED, arm=True)
     goal.balls = balls_message(state.balls)
-    forget = PatientCaller(client, Trigger, f'{SPACE}/table_tracker/reset')
-    assert forget.wait_for_service()
     with recording(bag, topics):
-        forget.call(Trigger.Request(), repeatable=True)
+        cell.call('table_tracker/reset')  # what it saw before is not in the bag
         result = played(client, action, goal, LONGEST)
         client.until(lambda: False, 2.0)  # the last messages are still under way
     action.destroy()
