@@ -123,10 +123,11 @@ else
 	$(BIN)/pytest -n 3 --dist loadgroup --no-loadscope-reorder -m ros test/ros
 endif
 
-# Cases that take minutes, new random examples for the properties, and the random strikes.
+# Cases that take minutes, a recorded game, new random examples for the properties, random strikes.
 nightly: setup
 	NIGHTLY=1 $(BIN)/pytest -n 2 -m 'hypothesis and not ros'
 	NIGHTLY=1 $(BIN)/pytest -n 2 test/study/test_hard_cases.py
+	NIGHTLY=1 $(BIN)/pytest test/ros/test_game_bag.py
 	$(BIN)/python benchmarks/random_strikes.py --count 100000 --mild
 
 BENCHMARKS := $(filter-out benchmarks/tables.py $(if $(filter none,$(ROS)),benchmarks/cue.py benchmarks/driver.py benchmarks/service.py),\

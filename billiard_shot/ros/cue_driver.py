@@ -6,7 +6,7 @@ import traceback
 from typing import Any, ClassVar
 
 from billiard_shot_msgs.action import ExecuteShot
-from billiard_shot_msgs.msg import CueState, Strike, TableState
+from billiard_shot_msgs.msg import CueState, Plan, Strike, TableState
 from billiard_shot_msgs.srv import Arm
 from diagnostic_msgs.msg import DiagnosticArray
 import numpy as np
@@ -116,6 +116,7 @@ class CueDriver(LifecycleNode):
     - if its parameter `interface` is `topic`, `~/actuation` (trajectory_msgs/msg/JointTrajectory),
       the current command. It is repeated, because the mechanism stops when commands cease;
     - `~/state` (billiard_shot_msgs/msg/CueState), latched;
+    - `~/plan` (billiard_shot_msgs/msg/Plan), latched: the last plan that it began to carry out;
     - `~/strike` (billiard_shot_msgs/msg/Strike), the measured strike;
     - the elevation of the cue as a joint in `joint_states`, and `/diagnostics`.
 
@@ -220,10 +221,11 @@ class CueDriver(LifecycleNode):
         publishers = [
             self.create_publisher(Float64, '~/incline_angle', 10),
             self.create_publisher(CueState, '~/state', EVERY_STATE),
+            self.create_publisher(Plan, '~/plan', LATCHED),
             self.create_publisher(Strike, '~/strike', 10),
             self.create_publisher(JointState, 'joint_states', 10),
         ]
-        self._incline, self._state, self._strike, self._joints = publishers
+        self._incline, self._state, self._plan, self._strike, self._joints = publishers
         subscriptions = [
             self.create_subscription(Bool, 'estop', self._on_estop, SAFETY_INPUT),
             self.create_subscription(Bool, 'interlock', self._on_interlock, SAFETY_INPUT),
@@ -373,6 +375,7 @@ class CueDriver(LifecycleNode):
         except Exception as error:  # rclpy would end the goal with the outcome of success
             self.survive(error)
             return _aborted(goal, GoalOutcome.FAULT, self._controller.reason)
+        self._plan.publish(goal.request.plan)
         self._goal, self._ended = goal, Future(executor=self.executor)
         goal.publish_feedback(ExecuteShot.Feedback(state=self._state_message()))
         result = await self._ended

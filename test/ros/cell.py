@@ -118,6 +118,7 @@ class Cell:
                 'cue_driver/disarm',
                 'cue_driver/clear_fault',
                 'table_sim/reset',
+                *(['table_tracker/reset'] if 'table_tracker' in nodes else []),
             )
         }
         self.services['cue_driver/arm'] = PatientCaller(
@@ -270,6 +271,8 @@ class Cell:
             PATIENCE,
         )
         self.call('table_sim/reset')
+        if 'table_tracker/reset' in self.services:  # else it waits for balls that are gone
+            self.call('table_tracker/reset')
         reset = self.player.get_clock().now()
         assert self.player.until(
             lambda: Time.from_msg(self.player.table.header.stamp, reset.clock_type) > reset,

@@ -1,12 +1,9 @@
 """A shot is recorded to an MCAP bag and replayed, by the topics that docs/ros.md names."""
 
-import contextlib
 import gc
-from importlib import import_module
-from pathlib import Path
 import re
-import shlex
-import threading
+import subprocess
+import sys
 import time
 
 import pytest
@@ -14,22 +11,25 @@ import pytest
 pytest.importorskip('billiard_shot_msgs', reason='needs ROS 2')
 pytest.importorskip('rosbags', reason='needs rosbags')
 
+from bags import (
+    content,
+    kind_of,
+    PAGE,
+    recording,
+    ROOT,
+    SHARED,
+    topics_of,
+    types,
+    writing,
+)
+from billiard_shot_msgs.msg import TableState
 from cell import PATIENT
 import numpy as np
 import rclpy
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-from rclpy.serialization import deserialize_message
-from rosbags.interfaces import (
-    Qos,
-    QosDurability,
-    QosHistory,
-    QosLiveliness,
-    QosReliability,
-    QosTime,
-)
-from rosbags.rosbag2 import Reader, StoragePlugin, Writer
-from rosbags.typesys import get_types_from_msg, get_typestore, Stores
+from rclpy.serialization import serialize_message
+from rosbags.interfaces import Nodetype, QosDurability
+from rosbags.rosbag2 import Reader
 from rosgraph_msgs.msg import Clock
 from visualization_msgs.msg import MarkerArray
 
@@ -41,100 +41,15 @@ from billiard_shot.ros.node_runner import LATCHED
 from billiard_shot.ros.player import play_shot
 from billiard_shot.scene.placement import CUE_BALL
 
-ROOT = Path(__file__).resolve().parents[2]
-PAGE = (ROOT / 'docs' / 'ros.md').read_text()
 SPACE, COPY = '/recorded', '/replayed'
-SHARED = ('/diagnostics', '/rosout', '/tf', '/tf_static')
-"""Topics that are not in the namespace of the nodes."""
 NODES = {**PATIENT, 'table_sim': ('-p', 'real_time_factor:=4.0'), 'table_display': ()}
-ELSEWHERE = re.compile('/(planner/.*|tf|tf_static|robot_description)$')
-"""Topics of nodes that are tested elsewhere: `planner` and `cue_model`."""
+ELSEWHERE = re.compile('/(planner/.*|tf|tf_static|robot_description|detections|play_turn/.*)$')
+"""Topics of nodes that are tested elsewhere: `planner`, `cue_model`, a camera, and `player`."""
 STROKE = Stroke.from_offsets(a=0.0, b=0.3, elevation=0.05, azimuth=0.0, speed=0.5)
 UNKNOWN = '_NODE_NAME_UNKNOWN_'
 """Name of a node of which the middleware has told nothing yet, but for its topics."""
 RATE = 4.0
 """How many times faster than recorded a bag is replayed."""
-
-
-def topics_of(command):
-    """Topics in the line of docs/ros.md that begins with a command, in the namespace SPACE."""
-    (line,) = re.findall(rf'^{command} .*$', PAGE.replace('\\\n', ' '), re.MULTILINE)
-    words = shlex.split(line)
-    names = [word for word in words[words.index('--topics') + 1 :] if word.startswith('/')]
-    return [name if name in SHARED else SPACE + name for name in names]
-
-
-def kind_of(name):
-    """Class of a type such as `std_msgs/msg/Bool`."""
-    package, folder, message = name.split('/')
-    return getattr(import_module(f'{package}.{folder}'), message)
-
-
-def types():
-    """Definitions of all message types, which a bag contains."""
-    store = get_typestore(Stores.ROS2_KILTED)
-    for file in (ROOT / 'msg_defs' / 'msg').glob('*.msg'):
-        store.register(get_types_from_msg(file.read_text(), f'billiard_shot_msgs/msg/{file.stem}'))
-    return store
-
-
-# ros2 bag cannot be installed from PyPI. The two functions below treat QoS as it does: it asks for
-# what the publishers offer, keeps that in the bag, and publishes with it.
-
-
-@contextlib.contextmanager
-def recording(bag, topics):
-    """Record topics that have publishers; the value is the last message of each."""
-    latest = {}
-    recorder = rclpy.create_node('recorder')
-    forever = QosTime(2147483647, 4294967295)
-    store = types()
-    executor = SingleThreadedExecutor()
-    executor.add_node(recorder)
-    with Writer(bag, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
-        for topic in topics:
-            offers = recorder.get_publishers_info_by_topic(topic)
-            (durability,) = {offer.qos_profile.durability for offer in offers}
-            (reliability,) = {offer.qos_profile.reliability for offer in offers}
-            (kind,) = {offer.topic_type for offer in offers}
-            connection = writer.add_connection(
-                topic,
-                kind,
-                typestore=store,
-                offered_qos_profiles=[
-                    Qos(
-                        QosHistory.KEEP_LAST,
-                        1,
-                        QosReliability[reliability.name],
-                        QosDurability[durability.name],
-                        forever,
-                        forever,
-                        QosLiveliness.AUTOMATIC,
-                        forever,
-                        avoid_ros_namespace_conventions=False,
-                    )
-                ],
-            )
-
-            def write(data, connection=connection, topic=topic, kind=kind):
-                writer.write(connection, time.time_ns(), data)
-                latest[topic] = deserialize_message(data, kind_of(kind))
-
-            recorder.create_subscription(
-                kind_of(kind),
-                topic,
-                write,
-                QoSProfile(depth=1000, durability=durability, reliability=reliability),
-                raw=True,
-            )
-        thread = threading.Thread(target=executor.spin)
-        thread.start()
-        try:
-            yield latest
-        finally:
-            executor.shutdown()
-            thread.join()
-            recorder.destroy_node()
 
 
 def is_at_rest(latest):
@@ -189,16 +104,6 @@ def until(node, condition, seconds=180.0):
     return True
 
 
-def content(bag, topic):
-    """Messages on a topic of a bag."""
-    with Reader(bag) as reader:
-        (connection,) = [each for each in reader.connections if each.topic == topic]
-        return [
-            deserialize_message(bytes(data), kind_of(connection.msgtype))
-            for _, _, data in reader.messages([connection])
-        ]
-
-
 def ends_of(node):
     """Return all publishers and listeners that a node knows of, each with its topic."""
     return [
@@ -219,7 +124,7 @@ def recorded(node, launch, tmp_path_factory):
     ]
     player = RobotClient('player', SPACE, simulate_safety_inputs=True)
     player.wait_for_all()
-    topics = topics_of('ros2 bag record')
+    topics = topics_of('ros2 bag record', SPACE)
     assert {f'{SPACE}/planner/best', f'{SPACE}/planner/markers', '/tf'} <= set(topics)
     topics = [topic for topic in topics if not ELSEWHERE.search(topic)]
     for topic in topics:
@@ -303,7 +208,7 @@ def test_a_bag_has_what_a_shot_is_made_of(bag):
 
 def test_a_replayed_bag_is_shown_as_it_was(bag, node, launch):
     """A new table_display publishes the same markers, with the bag's time."""
-    topics = topics_of('ros2 bag play')
+    topics = topics_of('ros2 bag play', SPACE)
     assert {topic.removeprefix(SPACE) for topic in topics} == {'/table_state', '/joint_states'}
     for name in ('table_display', 'cue_model'):  # who listens to the topics of the bag
         launch(name, '-r', f'__ns:={COPY}', '-p', 'use_sim_time:=true')
@@ -331,6 +236,33 @@ def test_a_replayed_bag_is_shown_as_it_was(bag, node, launch):
     with Reader(bag) as reader:
         begin, end = reader.start_time // 10**9, reader.end_time // 10**9
     assert begin <= shown['balls'][-1].markers[0].header.stamp.sec <= end
+
+
+@pytest.mark.parametrize('is_changed', [False, True])
+def test_a_bag_with_another_definition_is_refused_by_name(tmp_path, is_changed):
+    """A ball has one field more: the type of the table differs, another type does not."""
+    kinds = {'/table_state': 'billiard_shot_msgs/msg/TableState', '/estop': 'std_msgs/msg/Bool'}
+    recorded = types()
+    constants, fields = recorded.fielddefs['billiard_shot_msgs/msg/BallState']
+    if is_changed:
+        fields = [*fields, ('spin', (Nodetype.BASE, ('float64', 0)))]
+    recorded.fielddefs['billiard_shot_msgs/msg/BallState'] = constants, fields
+    table, bag = TableState(snapshot_id=7), tmp_path / 'bag'
+    with writing(bag) as add:
+        for topic, kind in kinds.items():
+            write = add(topic, kind, recorded.hash_rihs01(kind))
+            if topic == '/table_state':
+                write(serialize_message(table))
+    check = [sys.executable, ROOT / 'docs' / 'examples' / 'check_bag.py', bag]
+    said = subprocess.run(check, capture_output=True, text=True, check=False)
+    assert said.returncode == is_changed, said.stderr
+    if is_changed:
+        with pytest.raises(ValueError, match=f'definitions of {kinds["/table_state"]}$'):
+            content(bag, '/table_state')
+        assert said.stdout.startswith(f'/table_state: the definition of {kinds["/table_state"]} ')
+    else:
+        assert content(bag, '/table_state') == [table]
+        assert not said.stdout
 
 
 def alike(some, others):
