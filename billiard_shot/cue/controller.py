@@ -376,10 +376,11 @@ class Controller:
                     self._start(stroke.trajectory, now, stroke.home)
         elif self.state is SafetyState.FIRING:
             overdue = now - self._begin - execution.shot.stroke.stop
-            if overdue >= 0.0 and execution.detector.strike and self.velocity[STROKE] <= 0.01:
+            problem = execution.detector.problem
+            if overdue >= 0.0 and not problem and self.velocity[STROKE] <= 0.01:
                 self._event(SafetyEvent.BRAKED, now, 'drawing back')
             elif overdue > self.settings.motion_timeout:
-                self.fail(now, 'stroke: the cue has not met the ball and stopped in time')
+                self.fail(now, f'stroke: {problem or "the cue has not stopped in time"}')
         elif self.state is SafetyState.RETRACTING:
             self._reach(now, SafetyEvent.HOME, 'done', GoalOutcome.OK)
 

@@ -294,6 +294,25 @@ def test_faults_are_found_and_named(bench, faults, state, words):
     assert bench.mechanism.stopped
 
 
+def test_a_strike_that_was_not_measured_is_named(bench):
+    """Before, it was said that the cue had not met the ball."""
+    in_state(bench, SafetyState.FIRING)
+    receive = bench.controller.receive_joints
+    profile = bench.controller._execution.shot.profile
+
+    def lose_the_last(position, velocity, *times):
+        if not 0.0 < profile.contact_at - position[STROKE] <= profile.steady_way:
+            receive(position, velocity, *times)
+
+    bench.controller.receive_joints = lose_the_last
+    bench.reach(SafetyState.FAULT)
+    assert bench.controller.reason == (
+        'stroke: the strike was not measured: no joint_states in the last 16 ms before it'
+    )
+    assert bench.results[-1].strike is None
+    assert not bench.mechanism.moving, 'the cue was drawn back before'
+
+
 def test_some_lost_commands_do_no_harm(bench):
     bench.mechanism.faults = Faults(command_loss_rate=0.3)
     assert bench.play(SHOT).outcome is GoalOutcome.OK
