@@ -38,6 +38,7 @@ from billiard_shot.perception.sightings import Balls
 from billiard_shot.perception.table_watch import TableWatch
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene
+from billiard_shot.scene.errors import must_be
 
 OVERRUN = 0.1
 """Largest plausible overrun of a joint beyond its range, relative to the range."""
@@ -289,9 +290,8 @@ class Controller:
         """Allow the aimed shot to be fired, if `shot_id` names it; it fires after settling."""
         self._notice_pause(now)
         if self._execution and shot_id != self.shot_id:
-            return SafetyDecision(
-                False, self.state, f'arm: shot_id must be {self.shot_id!r}, got {shot_id!r}'
-            )
+            wrong = f'arm: shot_id {must_be(repr(self.shot_id), shot_id)}'
+            return SafetyDecision(False, self.state, wrong)
         decision = self._event(SafetyEvent.ARM, now, 'armed')
         if decision.accepted and self._execution:
             self._execution.armed_until = now + self.settings.arm_timeout

@@ -550,6 +550,9 @@ def test_an_arm_for_another_shot_is_refused(bench):
     assert decision.reason == "arm: shot_id must be 'B', got 'A'"
     bench.run(1.0)
     assert bench.controller.state is SafetyState.AIMED
+    refused = bench.controller.arm(10_000 * '\x1b[2J', bench.now).reason
+    assert refused.isprintable()
+    assert len(refused) < 300
     assert bench.controller.arm('B', bench.now).accepted
 
 
