@@ -175,14 +175,15 @@ def sightings_of(
             continue
         if ball.state not in (BallState.ON_TABLE, BallState.UNKNOWN):
             raise ValueError(f'{field}: state of {ball.id!r} must be 0, 1 or 2, got {ball.state}')
+        is_seen = ball.state == BallState.ON_TABLE
         where = f'{field}: ball {ball.id!r}: position'
         gate.check_position(where, xyz(ball.position))
         sightings[ball.id] = Sighting(
             (ball.position.x, ball.position.y),
             gate.plane_covariance(f'{where}_covariance', ball.position_covariance.tolist()),
-            is_seen=ball.state == BallState.ON_TABLE,
+            is_seen=is_seen,
             is_moving=ball.moving,
-            time=seconds(ball.last_seen) or (seconds(stamp) if stamp else 0.0),
+            time=seconds(ball.last_seen) or (seconds(stamp) if stamp and is_seen else 0.0),
         )
     return sightings
 
