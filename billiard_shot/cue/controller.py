@@ -8,7 +8,7 @@ After a pause without calls, it trusts no message from before the pause.
 """
 
 from collections import deque
-from collections.abc import Callable, Hashable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping
 import math
 from typing import Any
 
@@ -95,8 +95,8 @@ class Controller:
         self.estop = HeartbeatInput('estop', settings.estop_timeout, safe=False)
         self.interlock = HeartbeatInput('interlock', settings.interlock_timeout, safe=True)
         self.joints = Heartbeat('joint_states', settings.joint_states_timeout)
-        self.missing_joints = self.other_drivers = ''
-        self._controller_problem, self._controller_waits = '', False
+        self.missing_joints = ''
+        self._commands_problem, self._commands_wait = '', False
         self.command: Command | None = None
         self._tell_state, self._tell_command = on_state, on_command
         self._tell_strike, self._tell_result = on_strike, on_result
@@ -137,7 +137,7 @@ class Controller:
             'mechanism': self.mechanism_fault(now),
             'table': self.table.stale(self.clock.time, now, is_aimed=self.state in MOVING),
             'clock': self.clock.problem(now),
-            'other drivers': self.other_drivers,
+            'commands': self._commands_problem,
         }
 
     @property
@@ -202,21 +202,13 @@ class Controller:
         if time > 0.0:
             self._started = min(self._started, time)
 
-    def receive_other_drivers(self, names: Sequence[str], now: float) -> None:
-        """Take the names of other nodes that command the mechanism; any such node is a fault."""
-        self.other_drivers = (
-            f'another node commands the mechanism: {", ".join(names)}' if names else ''
-        )
-        if names and self.state is not SafetyState.FAULT:
-            self.fail(now, self.other_drivers)
-
-    def receive_controller(self, problem: str, failure: str, waits: bool, now: float) -> None:
+    def receive_commands(self, problem: str, failure: str, wait: bool, now: float) -> None:
         """
-        Take why the controller of the joints allows no motion, and why it has failed; '' if not.
+        Take why commands allow no motion, and why they were not followed; '' if they do and were.
 
-        A failure is a fault in every state. While it `waits` to answer, no stroke begins.
+        A failure is a fault in every state. While commands `wait`, no stroke begins.
         """
-        self._controller_problem, self._controller_waits = problem, waits
+        self._commands_problem, self._commands_wait = problem, wait
         if failure and self.state is not SafetyState.FAULT:
             self.fail(now, failure)
 
@@ -323,7 +315,9 @@ class Controller:
             if problem := self.estop.problem(now):
                 self._event(SafetyEvent.ESTOP, now, problem)
             self._watch_interlock(now)
-        if self.state in MOVING and (problem := self.mechanism_fault(now)):
+        if self.state in MOVING and (
+            problem := self.mechanism_fault(now) or self._commands_problem
+        ):
             self.fail(now, problem)
         if self.state in BEFORE_STROKE and (problem := self.clock.problem(now)):
             self._event(SafetyEvent.INTERRUPTED, now, problem)
@@ -369,7 +363,7 @@ class Controller:
             self._reach(now, SafetyEvent.REACH, 'waiting to be armed')
         elif self.state is SafetyState.ARMED:
             settled = (np.abs(self.position - execution.shot.aimed) <= self._near).all()
-            if now >= execution.fire_at and settled and not self._controller_waits:
+            if now >= execution.fire_at and settled and not self._commands_wait:
                 fired = self._event(SafetyEvent.FIRE, now, 'striking')
                 if fired.accepted:
                     stroke = execution.shot.stroke
@@ -457,14 +451,12 @@ class Controller:
 
     def _problems(self, now: float) -> dict[Condition, str]:
         """Why conditions do not hold; '' for those that do."""
-        is_armed = self._execution and now <= self._execution.armed_until
         return {
             Condition.ESTOP_FRESH: self.estop.problem(now),
             Condition.INTERLOCK_FRESH: self.interlock.problem(now),
             Condition.MECHANISM_HEALTHY: self.mechanism_fault(now),
-            Condition.ALONE: self.other_drivers,
+            Condition.COMMANDS_FOLLOWED: self._commands_problem,
             Condition.CLOCK_RUNS: self.clock.problem(now),
-            Condition.ARM_VALID: '' if is_armed else 'not armed',
             Condition.GOAL_VALID: self._goal_problem(now)[1],
         }
 
@@ -491,8 +483,6 @@ class Controller:
 
     def mechanism_fault(self, now: float) -> str:
         """Return why the mechanism is not to be trusted; '' if it is."""
-        if self._controller_problem:
-            return self._controller_problem
         stale = self.joints.stale(now)
         if stale and self.missing_joints:
             return f'{stale} (without {self.missing_joints})'

@@ -128,7 +128,7 @@ def diagnostics_message(
 ) -> DiagnosticArray:
     """Diagnostics message of the node `name`; '' is no problem."""
     wrong = list(filter(None, problems.values()))
-    if controller.state is SafetyState.FAULT or controller.other_drivers:
+    if controller.state is SafetyState.FAULT:
         level = DiagnosticStatus.ERROR
     elif controller.state is SafetyState.ESTOP or wrong:
         level = DiagnosticStatus.WARN

@@ -404,17 +404,14 @@ class CueDriver(LifecycleNode):
         assert self._commands
         now = steady_time()
         self._decided = self.get_clock().now().nanoseconds
-        controller = self._controller
+        controller, commands = self._controller, self._commands
         controller.receive_clock(1e-9 * self._decided, now)
-        controller.receive_other_drivers(
-            [] if self._inactive else self._commands.other_drivers(), now
-        )
-        controller.receive_controller(
-            self._commands.problem, self._commands.failure, self._commands.awaits_answer, now
+        controller.receive_commands(
+            commands.problem, commands.failure, commands.awaits_answer, now
         )
         controller.tick(now)
         if controller.command and not self._inactive:
-            self._commands.repeat(self._decided, controller.position, controller.velocity)
+            commands.repeat(self._decided, controller.position, controller.velocity)
             self._incline.publish(self._angle)
         elevation = controller.measured_elevation(now)
         if elevation:

@@ -202,14 +202,15 @@ def test_a_press_counts_however_old_it_is(bench):
 def test_another_driver_is_a_fault(bench, state):
     if state is not SafetyState.DISARMED:
         in_state(bench, state)
+    rival = 'another node commands the mechanism: /other/cue_driver'
     for _ in range(3):
-        bench.controller.receive_other_drivers(['/other/cue_driver'], bench.now)
+        bench.controller.receive_commands(rival, rival, False, bench.now)
         bench.run(0.05)
     assert bench.controller.state is SafetyState.FAULT
     assert bench.states.count(SafetyState.FAULT) == 1
-    assert bench.controller.reason == ('another node commands the mechanism: /other/cue_driver')
+    assert bench.controller.reason == rival
     assert '/other/cue_driver' in bench.controller.clear(bench.now).reason
-    bench.controller.receive_other_drivers([], bench.now)
+    bench.controller.receive_commands('', '', False, bench.now)
     assert bench.controller.clear(bench.now).accepted
 
 
@@ -723,7 +724,7 @@ def test_no_stroke_begins_while_the_controller_has_not_answered(bench):
     """Until then the balls are watched, as they are before every stroke."""
     in_state(bench, SafetyState.ARMED)
     for _ in range(30):
-        bench.controller.receive_controller('', '', True, bench.now)
+        bench.controller.receive_commands('', '', True, bench.now)
         bench.run(0.01)
     assert bench.controller.state is SafetyState.ARMED
     bench.balls = {'cue': (0.01, 0.0)}
@@ -734,11 +735,11 @@ def test_no_stroke_begins_while_the_controller_has_not_answered(bench):
 def test_a_stop_that_is_not_followed_is_a_fault_at_rest_too(bench):
     failure = 'controller: no answer to a goal for 1 s'
     for _ in range(2):
-        bench.controller.receive_controller(failure, failure, False, bench.now)
+        bench.controller.receive_commands(failure, failure, False, bench.now)
     assert bench.states == [SafetyState.FAULT]
     assert bench.controller.reason == failure
     assert not bench.controller.clear(bench.now).accepted
-    bench.controller.receive_controller('', '', False, bench.now)
+    bench.controller.receive_commands('', '', False, bench.now)
     commands = []
     bench.controller._tell_command = commands.append
     assert bench.controller.clear(bench.now).accepted
