@@ -31,10 +31,10 @@ class CommandTopic:
         self._publisher = node.create_publisher(JointTrajectory, topic, 1)
         self._message: JointTrajectory | None = None
 
-    def send(self, command: Command, decided: int, position: Array, _: Array) -> None:
-        """Publish a new command, decided at a ROS time [ns], for joints at `position` (6,)."""
+    def send(self, command: Command, decided: int, *_: Array) -> None:
+        """Publish a new command, decided at a ROS time [ns]."""
         if command.trajectory is None:
-            self._message = conversions.stop_message(position, self._names, self._frame)
+            self._message = conversions.stop_message(self._names, self._frame)
         else:
             stamp = Time(nanoseconds=decided).to_msg()
             self._message = conversions.joint_trajectory_message(
