@@ -153,8 +153,6 @@ def aim_trajectory(mechanism: Mechanism, start: Array, aimed: Array) -> JointTra
 
 def _stroke_of(plan: ShotPlan, radius: float) -> Stroke:
     invalid = GoalOutcome.INVALID_PLAN
-    if not plan.shot_id:
-        raise RefusedError(invalid, "shot_id must not be empty, got ''")
     if 'cue' not in plan.balls:
         raise RefusedError(
             invalid, f"balls must have 'cue', got {', '.join(plan.balls) or 'none'}"
@@ -191,6 +189,7 @@ def _check_touch(
     """Refuse a stroke in which the cue touches the cue ball again, or another ball."""
     trajectory = stroke.trajectory
     left_at = trajectory.at(stroke.leave)[0][STROKE]
+    stops, gone = stroke.stop - stroke.leave, trajectory.duration - stroke.leave
 
     def cue(time: float) -> tuple[float, float]:
         position, velocity, _ = trajectory.at(min(stroke.leave + time, stroke.home))
@@ -205,7 +204,7 @@ def _check_touch(
             contact.along,
             shape,
             mechanism.stroke.acceleration,
-            until=trajectory.duration - stroke.leave,
+            until=gone,
         )
         if touch == math.inf:
             continue
@@ -214,13 +213,9 @@ def _check_touch(
                 GoalOutcome.TOUCHES_AGAIN, f'touch: ball {name!r} is in the way of the cue'
             )
         again = ' again' if name == 'cue' else ''
-        phase = 'brakes' if touch < stroke.stop - stroke.leave else 'is drawn back'
         raise RefusedError(
             GoalOutcome.TOUCHES_AGAIN,
-            (
-                f'touch: the cue would touch ball {name!r}{again} {1e3 * touch:.3g} ms after the '
-                f'strike, as it {phase}; it stops after '
-                f'{1e3 * (stroke.stop - stroke.leave):.3g} ms '
-                f'and is out of the way after {1e3 * (trajectory.duration - stroke.leave):.3g} ms'
-            ),
+            f'touch: the cue would touch ball {name!r}{again} {1e3 * touch:.3g} ms after the '
+            f'strike, as it {"brakes" if touch < stops else "is drawn back"}; it stops after '
+            f'{1e3 * stops:.3g} ms and is out of the way after {1e3 * gone:.3g} ms',
         )

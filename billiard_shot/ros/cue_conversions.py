@@ -12,7 +12,6 @@ from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import Point, Pose, Quaternion
 import numpy as np
-from numpy.typing import NDArray
 from rclpy.duration import Duration
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
@@ -28,6 +27,7 @@ from billiard_shot.cue.plan import ShotPlan, tip_at
 from billiard_shot.cue.safety import SafetyState
 from billiard_shot.perception import gate
 from billiard_shot.perception.sightings import Balls
+from billiard_shot.records import Array
 from billiard_shot.ros.conversions import (
     ball_message,
     check_frame,
@@ -38,8 +38,6 @@ from billiard_shot.ros.conversions import (
     xyzw,
 )
 from billiard_shot.scene.placement import CUE_BALL
-
-Joints = NDArray[np.float64]
 
 RUN_UP = 0.05
 """Distance [m] from the ball to the tip's position in a plan, which is in front of the ball."""
@@ -198,7 +196,7 @@ def trajectory_of(
 
 
 def joints_message(
-    names: Sequence[str], position: Joints, velocity: Joints, stamp: Time
+    names: Sequence[str], position: Array, velocity: Array, stamp: Time
 ) -> JointState:
     """Message of the positions and velocities of joints."""
     return JointState(
@@ -222,6 +220,6 @@ def checked_pose(
     return position, quaternion
 
 
-def pose_of(position: Sequence[float] | Joints, quaternion: Sequence[float]) -> Pose:
+def pose_of(position: Sequence[float] | Array, quaternion: Sequence[float]) -> Pose:
     """Message of a position [m] and a quaternion x y z w."""
     return Pose(position=filled(Point, position), orientation=filled(Quaternion, quaternion))
