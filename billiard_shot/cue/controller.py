@@ -8,9 +8,8 @@ After a pause without calls, it trusts no message from before the pause.
 """
 
 from collections import deque
-from collections.abc import Callable, Hashable, Mapping
+from collections.abc import Callable, Hashable
 import math
-from typing import Any
 
 import numpy as np
 
@@ -172,17 +171,6 @@ class Controller:
         self.interlock.record(safe, written, now, publisher)
         self._watch_interlock(now)
 
-    def receive_publishers(
-        self, estop: Mapping[Any, str], interlock: Mapping[Any, str], now: float
-    ) -> None:
-        """
-        Take the living publishers of both safety inputs, with the names of their nodes.
-
-        Their keys are the publishers of the calls above.
-        """
-        self.estop.keep(estop, now)
-        self.interlock.keep(interlock, now)
-
     def receive_joints(self, position: Array, velocity: Array, written: float, now: float) -> None:
         """Take measured joint positions (6,) [m, rad] and velocities [per s]."""
         self._hear(written, now)
@@ -248,9 +236,7 @@ class Controller:
         now = clock()
         self._notice_pause(now)
         if self._execution:
-            raise RefusedError(
-                GoalOutcome.BUSY, f'shot {self._execution.shot.plan.shot_id!r} is being executed'
-            )
+            raise RefusedError(GoalOutcome.BUSY, f'shot {self.shot_id!r} is being executed')
         problems = self._problems(now) | {Condition.GOAL_VALID: ''}  # checked below
         decision = decide(self.state, SafetyEvent.AIM, problems)
         if not decision.accepted:
@@ -466,20 +452,18 @@ class Controller:
         if execution is None:
             return GoalOutcome.DISARMED, 'no goal'
         planned, stamp_now = execution.shot.plan.balls, self.clock.time
-        expired = now > execution.expires or stamp_now > execution.expiry
-        late = self.state is SafetyState.ARMED and now > execution.armed_until
-        limit = self.settings.arm_timeout
-        problems = (
-            (GoalOutcome.EXPIRED, 'the goal has expired' if expired else ''),
-            (GoalOutcome.TABLE_STALE, self.table.stale(stamp_now, now, is_aimed=True)),
-            (GoalOutcome.TABLE_MOVED, self.table.moved(planned, is_aimed=True)),
-            (GoalOutcome.TABLE_STALE, self.table.uncertain(planned)),
-            (
-                GoalOutcome.ARM_TIMEOUT,
-                f'armed for more than {limit:g} s without firing' if late else '',
-            ),
-        )
-        return next((each for each in problems if each[1]), (GoalOutcome.OK, ''))
+        if now > execution.expires or stamp_now > execution.expiry:
+            return GoalOutcome.EXPIRED, 'the goal has expired'
+        if problem := self.table.stale(stamp_now, now, is_aimed=True):
+            return GoalOutcome.TABLE_STALE, problem
+        if problem := self.table.moved(planned, is_aimed=True):
+            return GoalOutcome.TABLE_MOVED, problem
+        if problem := self.table.uncertain(planned):
+            return GoalOutcome.TABLE_STALE, problem
+        if self.state is SafetyState.ARMED and now > execution.armed_until:
+            limit = self.settings.arm_timeout
+            return GoalOutcome.ARM_TIMEOUT, f'armed for more than {limit:g} s without firing'
+        return GoalOutcome.OK, ''
 
     def mechanism_fault(self, now: float) -> str:
         """Return why the mechanism is not to be trusted; '' if it is."""

@@ -9,7 +9,6 @@ from billiard_shot_msgs.action import ExecuteShot
 from billiard_shot_msgs.msg import CueState, Strike, TableState
 from billiard_shot_msgs.srv import Arm
 from diagnostic_msgs.msg import DiagnosticArray
-import numpy as np
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.exceptions import InvalidParameterValueException
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
@@ -413,15 +412,11 @@ class CueDriver(LifecycleNode):
         if controller.command and not self._inactive:
             commands.repeat(self._decided, controller.position, controller.velocity)
             self._incline.publish(self._angle)
-        elevation = controller.measured_elevation(now)
-        if elevation:
-            angle, rate = map(np.atleast_1d, elevation)
-            stamp = self.get_clock().now().to_msg()
-            self._joints.publish(
-                conversions.joints_message(
-                    [elevation_joint(self._own.joint_names)], angle, rate, stamp
-                )
-            )
+        if elevation := controller.measured_elevation(now):
+            joint = JointState(name=[elevation_joint(self._own.joint_names)])
+            joint.header.stamp = self.get_clock().now().to_msg()
+            joint.position, joint.velocity = ([each] for each in elevation)
+            self._joints.publish(joint)
         if now - controller.deaf_since > DEAF_TIME and any(
             self.count_publishers(name) for name in ('estop', 'interlock', 'table_state')
         ):
@@ -438,10 +433,8 @@ class CueDriver(LifecycleNode):
         self._publish_diagnostics()
 
     def _count_publishers(self) -> None:
-        estop, interlock = (
-            publishers_of(self, self.resolve_topic_name(name)) for name in ('estop', 'interlock')
-        )
-        self._controller.receive_publishers(estop, interlock, steady_time())
+        for each in (self._controller.estop, self._controller.interlock):
+            each.keep(publishers_of(self, self.resolve_topic_name(each.name)), steady_time())
 
     # --- outputs --------------------------------------------------------------------------------
 

@@ -704,9 +704,7 @@ def test_one_of_two_emergency_stops_counts_until_it_is_released(bench):
     refused = bench.controller.clear(bench.now)
     assert not refused.accepted
     assert 'estop: is true (one of 2 publishers)' in refused.reason
-    bench.controller.receive_publishers(
-        {None: ''}, {None: ''}, bench.now
-    )  # the publisher has died
+    bench.controller.estop.keep({None: ''}, bench.now)  # the publisher has died
     assert bench.controller.state is SafetyState.ESTOP
     assert bench.controller.clear(bench.now).accepted
 
