@@ -151,7 +151,6 @@ class CueDriver(LifecycleNode):
         self._decided = 0  # ROS time of the last decision [ns]
         self._goal: GoalHandle | None = None
         self._ended: Future[Result] | None = None
-        self._angle = Float64()
         self._last_strike = Strike()
         self._commands: CommandTopic | ControllerClient | None = None
         self._destroy: list[Callable[[], object]] = []  # what cleanup undoes
@@ -411,7 +410,10 @@ class CueDriver(LifecycleNode):
         controller.tick(now)
         if controller.command and not self._inactive:
             commands.repeat(self._decided, controller.position, controller.velocity)
-            self._incline.publish(self._angle)
+            if trajectory := controller.command.trajectory:
+                length = float(trajectory.positions[-1, INCLINE])
+                angle = controller.mechanism.incline_geometry.elevation(length)
+                self._incline.publish(Float64(data=angle))
         if elevation := controller.measured_elevation(now):
             joint = JointState(name=[elevation_joint(self._own.joint_names)])
             joint.header.stamp = self.get_clock().now().to_msg()
@@ -439,10 +441,6 @@ class CueDriver(LifecycleNode):
     # --- outputs --------------------------------------------------------------------------------
 
     def _send_command(self, command: Command) -> None:
-        if command.trajectory is not None:
-            self._angle.data = self._controller.mechanism.incline_geometry.elevation(
-                float(command.trajectory.positions[-1, INCLINE])
-            )
         if self._commands:
             self._commands.send(
                 command, self._decided, self._controller.position, self._controller.velocity
