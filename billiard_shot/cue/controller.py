@@ -192,9 +192,9 @@ class Controller:
 
     def receive_commands(self, problem: str, failure: str, wait: bool, now: float) -> None:
         """
-        Take why commands allow no motion, and why they were not followed; '' if they do and were.
+        Take why no motion can be commanded, and why commands were not followed; '' for no reason.
 
-        A failure is a fault in every state. While commands `wait`, no stroke begins.
+        A failure is a fault in every state. While commands `wait` for an answer, no stroke begins.
         """
         self._commands_problem, self._commands_wait = problem, wait
         if failure and self.state is not SafetyState.FAULT:

@@ -108,10 +108,7 @@ TRANSITIONS: dict[tuple[SafetyState, SafetyEvent], tuple[SafetyState, frozenset[
     **{(state, _E.ESTOP): (_S.ESTOP, _NONE) for state in _ALL},
     **{(state, _E.FAIL): (_S.FAULT, _NONE) for state in _ALL if state is not _S.ESTOP},
     (_S.ESTOP, _E.CLEAR): (_S.DISARMED, frozenset({Condition.ESTOP_FRESH})),
-    (_S.FAULT, _E.CLEAR): (
-        _S.DISARMED,
-        SAFE - {Condition.INTERLOCK_FRESH},
-    ),
+    (_S.FAULT, _E.CLEAR): (_S.DISARMED, SAFE - {Condition.INTERLOCK_FRESH}),
 }
 """From state and event to the next state, and the conditions that must hold."""
 
