@@ -361,6 +361,8 @@ class CueDriver(LifecycleNode):
     async def _execute(self, goal: GoalHandle) -> ExecuteShot.Result:
         now = self.get_clock().now()
         self._decided = now.nanoseconds
+        # The last tick may be so long ago that a new plan would seem to be ahead of the clock.
+        self._controller.receive_clock(1e-9 * self._decided, steady_time())
         try:
             remaining = seconds(goal.request.expiry) - seconds(now.to_msg())
             plan = conversions.shot_plan_of(goal.request.plan, self._own.frame)
