@@ -8,9 +8,8 @@ After a pause without calls, it trusts no message from before the pause.
 """
 
 from collections import deque
-from collections.abc import Callable, Hashable, Mapping, Sequence
+from collections.abc import Callable, Hashable
 import math
-from typing import Any
 
 import numpy as np
 
@@ -38,6 +37,7 @@ from billiard_shot.perception.sightings import Balls
 from billiard_shot.perception.table_watch import TableWatch
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene
+from billiard_shot.scene.errors import must_be
 
 OVERRUN = 0.1
 """Largest plausible overrun of a joint beyond its range, relative to the range."""
@@ -94,8 +94,8 @@ class Controller:
         self.estop = HeartbeatInput('estop', settings.estop_timeout, safe=False)
         self.interlock = HeartbeatInput('interlock', settings.interlock_timeout, safe=True)
         self.joints = Heartbeat('joint_states', settings.joint_states_timeout)
-        self.missing_joints = self.other_drivers = ''
-        self._controller_problem, self._controller_waits = '', False
+        self.missing_joints = ''
+        self._commands_problem, self._commands_wait = '', False
         self.command: Command | None = None
         self._tell_state, self._tell_command = on_state, on_command
         self._tell_strike, self._tell_result = on_strike, on_result
@@ -136,7 +136,7 @@ class Controller:
             'mechanism': self.mechanism_fault(now),
             'table': self.table.stale(self.clock.time, now, is_aimed=self.state in MOVING),
             'clock': self.clock.problem(now),
-            'other drivers': self.other_drivers,
+            'commands': self._commands_problem,
         }
 
     @property
@@ -171,17 +171,6 @@ class Controller:
         self.interlock.record(safe, written, now, publisher)
         self._watch_interlock(now)
 
-    def receive_publishers(
-        self, estop: Mapping[Any, str], interlock: Mapping[Any, str], now: float
-    ) -> None:
-        """
-        Take the living publishers of both safety inputs, with the names of their nodes.
-
-        Their keys are the publishers of the calls above.
-        """
-        self.estop.keep(estop, now)
-        self.interlock.keep(interlock, now)
-
     def receive_joints(self, position: Array, velocity: Array, written: float, now: float) -> None:
         """Take measured joint positions (6,) [m, rad] and velocities [per s]."""
         self._hear(written, now)
@@ -201,21 +190,13 @@ class Controller:
         if time > 0.0:
             self._started = min(self._started, time)
 
-    def receive_other_drivers(self, names: Sequence[str], now: float) -> None:
-        """Take the names of other nodes that command the mechanism; any such node is a fault."""
-        self.other_drivers = (
-            f'another node commands the mechanism: {", ".join(names)}' if names else ''
-        )
-        if names and self.state is not SafetyState.FAULT:
-            self.fail(now, self.other_drivers)
-
-    def receive_controller(self, problem: str, failure: str, waits: bool, now: float) -> None:
+    def receive_commands(self, problem: str, failure: str, wait: bool, now: float) -> None:
         """
-        Take why the controller of the joints allows no motion, and why it has failed; '' if not.
+        Take why no motion can be commanded, and why commands were not followed; '' for no reason.
 
-        A failure is a fault in every state. While it `waits` to answer, no stroke begins.
+        A failure is a fault in every state. While commands `wait` for an answer, no stroke begins.
         """
-        self._controller_problem, self._controller_waits = problem, waits
+        self._commands_problem, self._commands_wait = problem, wait
         if failure and self.state is not SafetyState.FAULT:
             self.fail(now, failure)
 
@@ -255,9 +236,7 @@ class Controller:
         now = clock()
         self._notice_pause(now)
         if self._execution:
-            raise RefusedError(
-                GoalOutcome.BUSY, f'shot {self._execution.shot.plan.shot_id!r} is being executed'
-            )
+            raise RefusedError(GoalOutcome.BUSY, f'shot {self.shot_id!r} is being executed')
         problems = self._problems(now) | {Condition.GOAL_VALID: ''}  # checked below
         decision = decide(self.state, SafetyEvent.AIM, problems)
         if not decision.accepted:
@@ -289,9 +268,8 @@ class Controller:
         """Allow the aimed shot to be fired, if `shot_id` names it; it fires after settling."""
         self._notice_pause(now)
         if self._execution and shot_id != self.shot_id:
-            return SafetyDecision(
-                False, self.state, f'arm: shot_id must be {self.shot_id!r}, got {shot_id!r}'
-            )
+            wrong = f'arm: shot_id {must_be(repr(self.shot_id), shot_id)}'
+            return SafetyDecision(False, self.state, wrong)
         decision = self._event(SafetyEvent.ARM, now, 'armed')
         if decision.accepted and self._execution:
             self._execution.armed_until = now + self.settings.arm_timeout
@@ -323,7 +301,9 @@ class Controller:
             if problem := self.estop.problem(now):
                 self._event(SafetyEvent.ESTOP, now, problem)
             self._watch_interlock(now)
-        if self.state in MOVING and (problem := self.mechanism_fault(now)):
+        if self.state in MOVING and (
+            problem := self.mechanism_fault(now) or self._commands_problem
+        ):
             self.fail(now, problem)
         if self.state in BEFORE_STROKE and (problem := self.clock.problem(now)):
             self._event(SafetyEvent.INTERRUPTED, now, problem)
@@ -369,17 +349,18 @@ class Controller:
             self._reach(now, SafetyEvent.REACH, 'waiting to be armed')
         elif self.state is SafetyState.ARMED:
             settled = (np.abs(self.position - execution.shot.aimed) <= self._near).all()
-            if now >= execution.fire_at and settled and not self._controller_waits:
+            if now >= execution.fire_at and settled and not self._commands_wait:
                 fired = self._event(SafetyEvent.FIRE, now, 'striking')
                 if fired.accepted:
                     stroke = execution.shot.stroke
                     self._start(stroke.trajectory, now, stroke.home)
         elif self.state is SafetyState.FIRING:
             overdue = now - self._begin - execution.shot.stroke.stop
-            if overdue >= 0.0 and execution.detector.strike and self.velocity[STROKE] <= 0.01:
+            problem = execution.detector.problem
+            if overdue >= 0.0 and not problem and self.velocity[STROKE] <= 0.01:
                 self._event(SafetyEvent.BRAKED, now, 'drawing back')
             elif overdue > self.settings.motion_timeout:
-                self.fail(now, 'stroke: the cue has not met the ball and stopped in time')
+                self.fail(now, f'stroke: {problem or "the cue has not stopped in time"}')
         elif self.state is SafetyState.RETRACTING:
             self._reach(now, SafetyEvent.HOME, 'done', GoalOutcome.OK)
 
@@ -456,14 +437,12 @@ class Controller:
 
     def _problems(self, now: float) -> dict[Condition, str]:
         """Why conditions do not hold; '' for those that do."""
-        is_armed = self._execution and now <= self._execution.armed_until
         return {
             Condition.ESTOP_FRESH: self.estop.problem(now),
             Condition.INTERLOCK_FRESH: self.interlock.problem(now),
             Condition.MECHANISM_HEALTHY: self.mechanism_fault(now),
-            Condition.ALONE: self.other_drivers,
+            Condition.COMMANDS_FOLLOWED: self._commands_problem,
             Condition.CLOCK_RUNS: self.clock.problem(now),
-            Condition.ARM_VALID: '' if is_armed else 'not armed',
             Condition.GOAL_VALID: self._goal_problem(now)[1],
         }
 
@@ -473,25 +452,21 @@ class Controller:
         if execution is None:
             return GoalOutcome.DISARMED, 'no goal'
         planned, stamp_now = execution.shot.plan.balls, self.clock.time
-        expired = now > execution.expires or stamp_now > execution.expiry
-        late = self.state is SafetyState.ARMED and now > execution.armed_until
-        limit = self.settings.arm_timeout
-        problems = (
-            (GoalOutcome.EXPIRED, 'the goal has expired' if expired else ''),
-            (GoalOutcome.TABLE_STALE, self.table.stale(stamp_now, now, is_aimed=True)),
-            (GoalOutcome.TABLE_MOVED, self.table.moved(planned, is_aimed=True)),
-            (GoalOutcome.TABLE_STALE, self.table.uncertain(planned)),
-            (
-                GoalOutcome.ARM_TIMEOUT,
-                f'armed for more than {limit:g} s without firing' if late else '',
-            ),
-        )
-        return next((each for each in problems if each[1]), (GoalOutcome.OK, ''))
+        if now > execution.expires or stamp_now > execution.expiry:
+            return GoalOutcome.EXPIRED, 'the goal has expired'
+        if problem := self.table.stale(stamp_now, now, is_aimed=True):
+            return GoalOutcome.TABLE_STALE, problem
+        if problem := self.table.moved(planned, is_aimed=True):
+            return GoalOutcome.TABLE_MOVED, problem
+        if problem := self.table.uncertain(planned):
+            return GoalOutcome.TABLE_STALE, problem
+        if self.state is SafetyState.ARMED and now > execution.armed_until:
+            limit = self.settings.arm_timeout
+            return GoalOutcome.ARM_TIMEOUT, f'armed for more than {limit:g} s without firing'
+        return GoalOutcome.OK, ''
 
     def mechanism_fault(self, now: float) -> str:
         """Return why the mechanism is not to be trusted; '' if it is."""
-        if self._controller_problem:
-            return self._controller_problem
         stale = self.joints.stale(now)
         if stale and self.missing_joints:
             return f'{stale} (without {self.missing_joints})'

@@ -81,7 +81,7 @@ class Command:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Result:
-    """How a goal ended; `strike` is the measured strike, None if the cue did not meet the ball."""
+    """How a goal ended; `strike` is None if no strike was measured."""
 
     outcome: GoalOutcome
     message: str

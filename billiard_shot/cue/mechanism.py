@@ -64,7 +64,7 @@ class Axis:
 
 def _stroke_from_zero(mechanism: Any) -> Iterator[Mistake]:
     if mechanism.stroke.min != 0.0:
-        yield Mistake(('stroke', 'min'), (f'must be 0, got {mechanism.stroke.min:g} (m)'))
+        yield Mistake(('stroke', 'min'), f'must be 0, got {mechanism.stroke.min:g} (m)')
 
 
 def _incline_within_its_triangle(mechanism: Any) -> Iterator[Mistake]:
@@ -74,21 +74,16 @@ def _incline_within_its_triangle(mechanism: Any) -> Iterator[Mistake]:
     if not shortest < incline.min < incline.max < longest:
         yield Mistake(
             ('incline',),
-            (
-                f'must be between {shortest:g} and {longest:g}, where the triangle of '
-                f'incline_geometry is flat, got {incline.min:g} to {incline.max:g} (m)'
-            ),
+            f'must be between {shortest:g} and {longest:g}, where the triangle of '
+            f'incline_geometry is flat, got {incline.min:g} to {incline.max:g} (m)',
         )
         return
     low, high = (geometry.elevation(length) for length in (incline.min, incline.max))
     if not low <= mechanism.min_elevation < mechanism.max_elevation <= high:
         yield Mistake(
             ('max_elevation',),
-            (
-                f'must be above min_elevation, both within {low:.4g} to {high:.4g}, the range of '
-                f'the incline, got {mechanism.max_elevation:g} and {mechanism.min_elevation:g} '
-                '(rad)'
-            ),
+            f'must be above min_elevation, both within {low:.4g} to {high:.4g}, the range of the '
+            f'incline, got {mechanism.max_elevation:g} and {mechanism.min_elevation:g} (rad)',
         )
 
 
@@ -102,10 +97,8 @@ def _travels_above_the_balls(mechanism: Any) -> Iterator[Mistake]:
     if mechanism.base_z.max < needed:
         yield Mistake(
             ('base_z', 'max'),
-            (
-                f'must be at least {needed:.4g}, or the tip cannot travel at travel_height, got '
-                f'{mechanism.base_z.max:g} (m)'
-            ),
+            f'must be at least {needed:.4g}, or the tip cannot travel at travel_height, got '
+            f'{mechanism.base_z.max:g} (m)',
         )
 
 

@@ -21,6 +21,7 @@ from billiard_shot.perception.lying import positions_of
 from billiard_shot.perception.sightings import Balls
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene
+from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.predict import predict
 from billiard_shot.shot.shot import Shot
 from billiard_shot.shot.stroke import Stroke
@@ -107,7 +108,7 @@ def prepare_shot(mechanism: Mechanism, scene: Scene, plan: ShotPlan) -> Prepared
         raise RefusedError(GoalOutcome.INVALID_PLAN, str(error)) from error
     if shot.status not in PLAYABLE:
         raise RefusedError(GoalOutcome.NOT_PREDICTED, f'{shot.status.name}: {shot.message}')
-    contact = tip_at(stroke, plan.balls['cue'].position, scene)
+    contact = tip_at(stroke, plan.balls[CUE_BALL].position, scene)
     try:
         profile = stroke_profile(
             mechanism,
@@ -153,18 +154,16 @@ def aim_trajectory(mechanism: Mechanism, start: Array, aimed: Array) -> JointTra
 
 def _stroke_of(plan: ShotPlan, radius: float) -> Stroke:
     invalid = GoalOutcome.INVALID_PLAN
-    if not plan.shot_id:
-        raise RefusedError(invalid, "shot_id must not be empty, got ''")
-    if 'cue' not in plan.balls:
+    if CUE_BALL not in plan.balls:
         raise RefusedError(
-            invalid, f"balls must have 'cue', got {', '.join(plan.balls) or 'none'}"
+            invalid, f'balls must have {CUE_BALL!r}, got {", ".join(plan.balls) or "none"}'
         )
     for name, ball in plan.balls.items():
         if ball.is_moving or not ball.is_seen:
             raise RefusedError(invalid, f'ball {name!r} of the plan must be seen and at rest')
     try:
         stroke = Stroke.from_pose(
-            plan.position, plan.quaternion, plan.speed, (*plan.balls['cue'].position, radius)
+            plan.position, plan.quaternion, plan.speed, (*plan.balls[CUE_BALL].position, radius)
         )
     except (ValueError, ArithmeticError) as error:
         raise RefusedError(invalid, str(error)) from error
@@ -191,6 +190,7 @@ def _check_touch(
     """Refuse a stroke in which the cue touches the cue ball again, or another ball."""
     trajectory = stroke.trajectory
     left_at = trajectory.at(stroke.leave)[0][STROKE]
+    stops, gone = stroke.stop - stroke.leave, trajectory.duration - stroke.leave
 
     def cue(time: float) -> tuple[float, float]:
         position, velocity, _ = trajectory.at(min(stroke.leave + time, stroke.home))
@@ -205,22 +205,18 @@ def _check_touch(
             contact.along,
             shape,
             mechanism.stroke.acceleration,
-            until=trajectory.duration - stroke.leave,
+            until=gone,
         )
         if touch == math.inf:
             continue
-        if touch == 0.0 and name != 'cue':
+        if touch == 0.0 and name != CUE_BALL:
             raise RefusedError(
                 GoalOutcome.TOUCHES_AGAIN, f'touch: ball {name!r} is in the way of the cue'
             )
-        again = ' again' if name == 'cue' else ''
-        phase = 'brakes' if touch < stroke.stop - stroke.leave else 'is drawn back'
+        again = ' again' if name == CUE_BALL else ''
         raise RefusedError(
             GoalOutcome.TOUCHES_AGAIN,
-            (
-                f'touch: the cue would touch ball {name!r}{again} {1e3 * touch:.3g} ms after the '
-                f'strike, as it {phase}; it stops after '
-                f'{1e3 * (stroke.stop - stroke.leave):.3g} ms '
-                f'and is out of the way after {1e3 * (trajectory.duration - stroke.leave):.3g} ms'
-            ),
+            f'touch: the cue would touch ball {name!r}{again} {1e3 * touch:.3g} ms after the '
+            f'strike, as it {"brakes" if touch < stops else "is drawn back"}; it stops after '
+            f'{1e3 * stops:.3g} ms and is out of the way after {1e3 * gone:.3g} ms',
         )

@@ -66,10 +66,9 @@ class Condition(StrEnum):
 
     ESTOP_FRESH = 'estop is fresh, and not pressed'
     INTERLOCK_FRESH = 'interlock is fresh, and safe'
-    ARM_VALID = 'armed for no longer than the time-out'
-    GOAL_VALID = 'the goal has not expired, and every ball is known to lie at its place'
+    GOAL_VALID = 'neither goal nor arming has expired, and every ball is known to lie at its place'
     MECHANISM_HEALTHY = 'joint_states is fresh, and its numbers are valid'
-    ALONE = 'no other node commands the mechanism'
+    COMMANDS_FOLLOWED = 'the mechanism follows commands, which come from this node alone'
     CLOCK_RUNS = 'the clock advances, and has not jumped back'
 
 
@@ -78,7 +77,7 @@ SAFE = frozenset(
         Condition.ESTOP_FRESH,
         Condition.INTERLOCK_FRESH,
         Condition.MECHANISM_HEALTHY,
-        Condition.ALONE,
+        Condition.COMMANDS_FOLLOWED,
     }
 )
 """Conditions for motion."""
@@ -94,7 +93,7 @@ TRANSITIONS: dict[tuple[SafetyState, SafetyEvent], tuple[SafetyState, frozenset[
     (_S.DISARMED, _E.AIM): (_S.AIMING, _GOAL),
     (_S.AIMING, _E.REACH): (_S.AIMED, SAFE),
     (_S.AIMED, _E.ARM): (_S.ARMED, _GOAL),
-    (_S.ARMED, _E.FIRE): (_S.FIRING, _GOAL | {Condition.ARM_VALID}),
+    (_S.ARMED, _E.FIRE): (_S.FIRING, _GOAL),
     (_S.FIRING, _E.BRAKED): (_S.RETRACTING, SAFE),
     (_S.RETRACTING, _E.HOME): (_S.DISARMED, _NONE),
     # Before the stroke it is safe to start over; during the stroke an interruption is a fault.
@@ -109,10 +108,7 @@ TRANSITIONS: dict[tuple[SafetyState, SafetyEvent], tuple[SafetyState, frozenset[
     **{(state, _E.ESTOP): (_S.ESTOP, _NONE) for state in _ALL},
     **{(state, _E.FAIL): (_S.FAULT, _NONE) for state in _ALL if state is not _S.ESTOP},
     (_S.ESTOP, _E.CLEAR): (_S.DISARMED, frozenset({Condition.ESTOP_FRESH})),
-    (_S.FAULT, _E.CLEAR): (
-        _S.DISARMED,
-        frozenset({Condition.ESTOP_FRESH, Condition.MECHANISM_HEALTHY, Condition.ALONE}),
-    ),
+    (_S.FAULT, _E.CLEAR): (_S.DISARMED, SAFE - {Condition.INTERLOCK_FRESH}),
 }
 """From state and event to the next state, and the conditions that must hold."""
 

@@ -9,12 +9,10 @@ from collections.abc import Sequence
 import math
 
 from billiard_shot.scene.errors import must_be
+from billiard_shot.scene.fields import LONGEST_NAME
 
 MAX_BALLS = 64
 """Largest number of balls on a table; snooker has 22."""
-
-MAX_NAME_LENGTH = 64
-"""Largest number of characters of the name of a ball or a shot."""
 
 MAX_COORDINATE = 10.0
 """Largest distance of a ball from the middle of the table along an axis [m]."""
@@ -34,8 +32,8 @@ def check_count(field: str, things: Sequence[object]) -> None:
 
 def check_name(field: str, name: str) -> None:
     """Check the name of a ball or a shot, which appears in logs and terminals."""
-    if not (0 < len(name) <= MAX_NAME_LENGTH and name.isprintable()):
-        allowed = f'1 to {MAX_NAME_LENGTH} printable characters'
+    if not (0 < len(name) <= LONGEST_NAME and name.isprintable()):
+        allowed = f'1 to {LONGEST_NAME} printable characters'
         raise ValueError(f'{field} {must_be(allowed, name)}')
 
 

@@ -241,14 +241,10 @@ class BallTracker:
 
     def _drop(self, time: float) -> None:
         """Drop lost tracks that were hardly ever seen, and find balls that have been pocketed."""
-        kept = []
-        for track in self._tracks:
-            if self._is_lost(track, time):
-                if not track.is_confirmed:
-                    continue
-                track.is_pocketed |= not self._is_resting(track) and self._falls(track)
-            kept.append(track)
-        self._tracks = kept
+        lost = [track for track in self._tracks if self._is_lost(track, time)]
+        for track in lost:
+            track.is_pocketed |= not self._is_resting(track) and self._falls(track)
+        self._tracks = [each for each in self._tracks if each.is_confirmed or each not in lost]
 
     def _name(self) -> None:
         """Give each track a name of the class that most of its last detections have."""

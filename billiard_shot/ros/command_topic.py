@@ -24,7 +24,6 @@ class CommandTopic:
     stamp.
     """
 
-    problem = failure = ''
     awaits_answer = False
 
     def __init__(self, node: LifecycleNode, topic: str, names: list[str], frame: str) -> None:
@@ -32,10 +31,10 @@ class CommandTopic:
         self._publisher = node.create_publisher(JointTrajectory, topic, 1)
         self._message: JointTrajectory | None = None
 
-    def send(self, command: Command, decided: int, position: Array, _: Array) -> None:
-        """Publish a new command, decided at a ROS time [ns], for joints at `position` (6,)."""
+    def send(self, command: Command, decided: int, *_: Array) -> None:
+        """Publish a new command, decided at a ROS time [ns]."""
         if command.trajectory is None:
-            self._message = conversions.stop_message(position, self._names, self._frame)
+            self._message = conversions.stop_message(self._names, self._frame)
         else:
             stamp = Time(nanoseconds=decided).to_msg()
             self._message = conversions.joint_trajectory_message(
@@ -48,17 +47,21 @@ class CommandTopic:
         if self._message:
             self._publisher.publish(self._message)
 
-    def other_drivers(self) -> list[str]:
-        """Names of other nodes that publish commands."""
+    @property
+    def problem(self) -> str:
+        """Return which other nodes publish commands; '' if there are none."""
         topic, own = self._publisher.topic_name, self._node.get_fully_qualified_name()
         if self._node.count_publishers(topic) < 2:
-            return []
+            return ''
         nodes = list(publishers_of(self._node, topic).values())
         if own in nodes:
             nodes.remove(own)
         # A publisher is discovered a little earlier than the name of its node.
         unknown = '_NODE_NAMESPACE_UNKNOWN_/_NODE_NAME_UNKNOWN_'
-        return [name.replace(unknown, 'its name is not known yet') for name in nodes]
+        names = ', '.join(nodes).replace(unknown, 'its name is not known yet')
+        return f'another node commands the mechanism: {names}' if nodes else ''
+
+    failure = problem
 
     def flush(self) -> None:
         """Wait until the mechanism has received the last command."""

@@ -113,10 +113,6 @@ class ControllerClient:
         ):
             self._follow(trajectory, decided)
 
-    def other_drivers(self) -> list[str]:
-        """Other nodes are not known: a controller does not tell who sends goals."""
-        return []
-
     def flush(self) -> None:
         """Wait until the controller has answered all goals, and has cancelled those given up."""
         executor = SingleThreadedExecutor()

@@ -1,4 +1,8 @@
-"""Conversions between messages and the library, and the checks of requests: pure functions."""
+"""
+Conversions between messages and the library, and the checks of requests: pure functions.
+
+Whatever cannot be read raises ValueError with the field, its value and the allowed range.
+"""
 
 from array import array
 from collections.abc import Sequence
@@ -48,11 +52,7 @@ def stroke_of(pose: Pose, speed: float, ball: Triple) -> Stroke:
     """
     Read the stroke of a cue in a pose, at the ball whose centre is `ball` (metres, frame table).
 
-    Raises
-    ------
-    BadStrokeError
-        With the field, its value and the allowed range.
-
+    All of its errors are BadStrokeError.
     """
     position, quaternion = xyz(pose.position), xyzw(pose.orientation)
     for axis, value in zip('xyz', position, strict=True):
@@ -76,15 +76,7 @@ class Batch(NamedTuple):
 
 
 def requested_batch(request: PredictShots.Request, scene: Scene, ball: Triple) -> Batch:
-    """
-    Read the strokes of a request, at the ball whose centre is `ball` (metres, frame table).
-
-    Raises
-    ------
-    ValueError
-        If there are too many strokes, or not as many poses as speeds.
-
-    """
+    """Read the strokes of a request, at the ball whose centre is `ball` (metres, frame table)."""
     count = len(request.cue_poses)
     if count > MAX_STROKES:
         raise ValueError(f'cue_poses must have at most {MAX_STROKES} elements, got {count}')
@@ -109,16 +101,7 @@ def requested_batch(request: PredictShots.Request, scene: Scene, ball: Triple) -
 
 
 def table_scene(scene: Scene, table: TableState | None, frame: str) -> tuple[Scene, Balls]:
-    """
-    Replace the balls of a scene by those of the table state; return these, too.
-
-    Raises
-    ------
-    ValueError
-        If no table state has been received, or it is in another frame, or its balls cannot be
-        used.
-
-    """
+    """Replace the balls of a scene by those of the table state; return these, too."""
     if table is None:
         raise ValueError('use_table_state: no message received on topic table_state')
     check_frame('table_state.header.frame_id', table.header, frame)
@@ -131,11 +114,7 @@ def requested_scene(
     """
     Replace the balls of a scene by those of a message, with its stamp; return these, too.
 
-    Raises
-    ------
-    ValueError
-        If there is no cue ball, or if a ball is not seen, moves, or cannot lie there.
-
+    The cue ball must be among them, and all must be seen at rest, where balls can lie.
     """
     sightings = sightings_of(balls, stamp, field)
     if CUE_BALL not in sightings:
@@ -156,12 +135,7 @@ def sightings_of(
     """
     Read the balls that are not pocketed; `stamp` is the stamp of their message.
 
-    Raises
-    ------
-    ValueError
-        If a ball occurs twice or has a state that does not exist, or if its name or one of its
-        numbers does not pass the gate (billiard_shot.perception.gate).
-
+    Their names and numbers must pass the gate (billiard_shot.perception.gate).
     """
     gate.check_count(field, balls)
     sightings: dict[str, Sighting] = {}
@@ -175,14 +149,15 @@ def sightings_of(
             continue
         if ball.state not in (BallState.ON_TABLE, BallState.UNKNOWN):
             raise ValueError(f'{field}: state of {ball.id!r} must be 0, 1 or 2, got {ball.state}')
+        is_seen = ball.state == BallState.ON_TABLE
         where = f'{field}: ball {ball.id!r}: position'
         gate.check_position(where, xyz(ball.position))
         sightings[ball.id] = Sighting(
             (ball.position.x, ball.position.y),
             gate.plane_covariance(f'{where}_covariance', ball.position_covariance.tolist()),
-            is_seen=ball.state == BallState.ON_TABLE,
+            is_seen=is_seen,
             is_moving=ball.moving,
-            time=seconds(ball.last_seen) or (seconds(stamp) if stamp else 0.0),
+            time=seconds(ball.last_seen) or (seconds(stamp) if stamp and is_seen else 0.0),
         )
     return sightings
 
@@ -206,15 +181,7 @@ def place_balls(
     table: TableState | None,
     frame: str,
 ) -> tuple[Scene, Triple]:
-    """
-    Check a request; return the scene with its balls, and the centre of its cue ball [m].
-
-    Raises
-    ------
-    ValueError
-        With the field, its value and the allowed range.
-
-    """
+    """Check a request; return the scene with its balls, and the centre of its cue ball [m]."""
     check_frame('header.frame_id', request.header, frame)
     if not 0.0 <= request.tolerance < math.inf:
         raise ValueError(
@@ -231,15 +198,7 @@ def place_balls(
 
 
 def check_frame(field: str, header: Header, frame: str) -> None:
-    """
-    Check that a header is in the table's frame, or that its frame is empty.
-
-    Raises
-    ------
-    ValueError
-        With the field, its value and the table's frame.
-
-    """
+    """Check that a header is in the table's frame, or that its frame is empty."""
     if header.frame_id not in ('', frame):
         raise ValueError(f'{field} must be {frame!r} or empty, got {header.frame_id!r}')
 

@@ -1,4 +1,8 @@
-"""Conversions between messages and the mechanical cue's library, both ways: pure functions."""
+"""
+Conversions between messages and the mechanical cue's library, both ways: pure functions.
+
+Whatever cannot be read raises ValueError with the field, its value and the allowed range.
+"""
 
 from collections.abc import Mapping, Sequence
 
@@ -8,7 +12,6 @@ from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import Point, Pose, Quaternion
 import numpy as np
-from numpy.typing import NDArray
 from rclpy.duration import Duration
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
@@ -24,6 +27,7 @@ from billiard_shot.cue.plan import ShotPlan, tip_at
 from billiard_shot.cue.safety import SafetyState
 from billiard_shot.perception import gate
 from billiard_shot.perception.sightings import Balls
+from billiard_shot.records import Array
 from billiard_shot.ros.conversions import (
     ball_message,
     check_frame,
@@ -34,8 +38,6 @@ from billiard_shot.ros.conversions import (
     xyzw,
 )
 from billiard_shot.scene.placement import CUE_BALL
-
-Joints = NDArray[np.float64]
 
 RUN_UP = 0.05
 """Distance [m] from the ball to the tip's position in a plan, which is in front of the ball."""
@@ -64,15 +66,7 @@ def plan_message(plan: ShotPlan, header: Header) -> Plan:
 
 
 def shot_plan_of(message: Plan, frame: str) -> ShotPlan:
-    """
-    Read a plan; the frame of the table is `frame`.
-
-    Raises
-    ------
-    RefusedError
-        INVALID_PLAN, if the message is in another frame, or its name, pose or balls are invalid.
-
-    """
+    """Read a plan in the frame `frame`; RefusedError (INVALID_PLAN) if it is invalid."""
     try:
         check_frame('plan.header.frame_id', message.header, frame)
         gate.check_name('plan.shot_id', message.shot_id)
@@ -109,12 +103,6 @@ def measured_stroke(strike: Strike, ball: tuple[float, float, float]) -> Stroke:
     Stroke of a measured strike at a ball whose centre is `ball` [m].
 
     The tip is moved back along its axis, because the measured position may lie inside the ball.
-
-    Raises
-    ------
-    ValueError
-        With the field, its value and the allowed range.
-
     """
     gate.check_name('shot_id', strike.shot_id)
     position, quaternion = checked_pose('cue_pose', strike.cue_pose)
@@ -128,7 +116,7 @@ def diagnostics_message(
 ) -> DiagnosticArray:
     """Diagnostics message of the node `name`; '' is no problem."""
     wrong = list(filter(None, problems.values()))
-    if controller.state is SafetyState.FAULT or controller.other_drivers:
+    if controller.state is SafetyState.FAULT:
         level = DiagnosticStatus.ERROR
     elif controller.state is SafetyState.ESTOP or wrong:
         level = DiagnosticStatus.WARN
@@ -175,47 +163,23 @@ def joint_trajectory_message(
     return message
 
 
-def stop_message(position: Joints, names: Sequence[str], frame: str) -> JointTrajectory:
-    """
-    Zero command: stop at once.
-
-    It has one point at time 0 with zero velocities; its stamp 0 means now. Unknown positions are
-    left out.
-    """
-    known = np.isfinite(position).all()
-    return JointTrajectory(
-        header=Header(frame_id=frame),
-        joint_names=list(names),
-        points=[
-            JointTrajectoryPoint(
-                positions=position.tolist() if known else [], velocities=[0.0] * len(names)
-            )
-        ],
-    )
+def stop_message(names: Sequence[str], frame: str) -> JointTrajectory:
+    """Command to stop at once: one point at time 0 with zero velocities; its stamp 0 means now."""
+    still = JointTrajectoryPoint(velocities=[0.0] * len(names))
+    header = Header(frame_id=frame)
+    return JointTrajectory(header=header, joint_names=list(names), points=[still])
 
 
 def is_stop(message: JointTrajectory) -> bool:
-    """Whether a message is a zero command (`stop_message`)."""
-    return (
-        len(message.points) == 1
-        and not any(message.points[0].velocities)
-        and (seconds(message.header.stamp) == 0.0)
-    )
+    """Whether a message is a command to stop (`stop_message`)."""
+    is_still = len(message.points) == 1 and not any(message.points[0].velocities)
+    return is_still and seconds(message.header.stamp) == 0.0
 
 
 def trajectory_of(
     message: JointTrajectory, names: Sequence[str]
 ) -> joint_trajectory.JointTrajectory:
-    """
-    Read a trajectory message; the joints are put in the order of `names`.
-
-    Raises
-    ------
-    ValueError
-        If joints, positions, velocities or accelerations are missing or not finite, or if times do
-        not ascend.
-
-    """
+    """Read a trajectory message; the joints are put in the order of `names`."""
     if sorted(message.joint_names) != sorted(names):
         raise ValueError(f'joint_names: {message.joint_names} must be {list(names)}')
     columns = [message.joint_names.index(name) for name in names]
@@ -232,7 +196,7 @@ def trajectory_of(
 
 
 def joints_message(
-    names: Sequence[str], position: Joints, velocity: Joints, stamp: Time
+    names: Sequence[str], position: Array, velocity: Array, stamp: Time
 ) -> JointState:
     """Message of the positions and velocities of joints."""
     return JointState(
@@ -249,13 +213,13 @@ def joints_message(
 def checked_pose(
     field: str, pose: Pose
 ) -> tuple[tuple[float, float, float], tuple[float, float, float, float]]:
-    """Read the position [m] and the quaternion x y z w of a pose; ValueError if it is invalid."""
+    """Read the position [m] and the quaternion x y z w of a pose."""
     position, quaternion = xyz(pose.position), xyzw(pose.orientation)
     gate.check_position(f'{field}.position', position)
     gate.check_quaternion(f'{field}.orientation', quaternion)
     return position, quaternion
 
 
-def pose_of(position: Sequence[float] | Joints, quaternion: Sequence[float]) -> Pose:
+def pose_of(position: Sequence[float] | Array, quaternion: Sequence[float]) -> Pose:
     """Message of a position [m] and a quaternion x y z w."""
     return Pose(position=filled(Point, position), orientation=filled(Quaternion, quaternion))

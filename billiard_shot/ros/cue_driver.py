@@ -9,7 +9,6 @@ from billiard_shot_msgs.action import ExecuteShot
 from billiard_shot_msgs.msg import CueState, Plan, Strike, TableState
 from billiard_shot_msgs.srv import Arm
 from diagnostic_msgs.msg import DiagnosticArray
-import numpy as np
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.exceptions import InvalidParameterValueException
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
@@ -153,7 +152,6 @@ class CueDriver(LifecycleNode):
         self._decided = 0  # ROS time of the last decision [ns]
         self._goal: GoalHandle | None = None
         self._ended: Future[Result] | None = None
-        self._angle = Float64()
         self._last_strike = Strike()
         self._commands: CommandTopic | ControllerClient | None = None
         self._destroy: list[Callable[[], object]] = []  # what cleanup undoes
@@ -365,6 +363,8 @@ class CueDriver(LifecycleNode):
     async def _execute(self, goal: GoalHandle) -> ExecuteShot.Result:
         now = self.get_clock().now()
         self._decided = now.nanoseconds
+        # The last tick may be so long ago that a new plan would seem to be ahead of the clock.
+        self._controller.receive_clock(1e-9 * self._decided, steady_time())
         try:
             remaining = seconds(goal.request.expiry) - seconds(now.to_msg())
             plan = conversions.shot_plan_of(goal.request.plan, self._own.frame)
@@ -407,27 +407,23 @@ class CueDriver(LifecycleNode):
         assert self._commands
         now = steady_time()
         self._decided = self.get_clock().now().nanoseconds
-        controller = self._controller
+        controller, commands = self._controller, self._commands
         controller.receive_clock(1e-9 * self._decided, now)
-        controller.receive_other_drivers(
-            [] if self._inactive else self._commands.other_drivers(), now
-        )
-        controller.receive_controller(
-            self._commands.problem, self._commands.failure, self._commands.awaits_answer, now
+        controller.receive_commands(
+            commands.problem, commands.failure, commands.awaits_answer, now
         )
         controller.tick(now)
         if controller.command and not self._inactive:
-            self._commands.repeat(self._decided, controller.position, controller.velocity)
-            self._incline.publish(self._angle)
-        elevation = controller.measured_elevation(now)
-        if elevation:
-            angle, rate = map(np.atleast_1d, elevation)
-            stamp = self.get_clock().now().to_msg()
-            self._joints.publish(
-                conversions.joints_message(
-                    [elevation_joint(self._own.joint_names)], angle, rate, stamp
-                )
-            )
+            commands.repeat(self._decided, controller.position, controller.velocity)
+            if trajectory := controller.command.trajectory:
+                length = float(trajectory.positions[-1, INCLINE])
+                angle = controller.mechanism.incline_geometry.elevation(length)
+                self._incline.publish(Float64(data=angle))
+        if elevation := controller.measured_elevation(now):
+            joint = JointState(name=[elevation_joint(self._own.joint_names)])
+            joint.header.stamp = self.get_clock().now().to_msg()
+            joint.position, joint.velocity = ([each] for each in elevation)
+            self._joints.publish(joint)
         if now - controller.deaf_since > DEAF_TIME and any(
             self.count_publishers(name) for name in ('estop', 'interlock', 'table_state')
         ):
@@ -444,18 +440,12 @@ class CueDriver(LifecycleNode):
         self._publish_diagnostics()
 
     def _count_publishers(self) -> None:
-        estop, interlock = (
-            publishers_of(self, self.resolve_topic_name(name)) for name in ('estop', 'interlock')
-        )
-        self._controller.receive_publishers(estop, interlock, steady_time())
+        for each in (self._controller.estop, self._controller.interlock):
+            each.keep(publishers_of(self, self.resolve_topic_name(each.name)), steady_time())
 
     # --- outputs --------------------------------------------------------------------------------
 
     def _send_command(self, command: Command) -> None:
-        if command.trajectory is not None:
-            self._angle.data = self._controller.mechanism.incline_geometry.elevation(
-                float(command.trajectory.positions[-1, INCLINE])
-            )
         if self._commands:
             self._commands.send(
                 command, self._decided, self._controller.position, self._controller.velocity

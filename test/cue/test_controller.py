@@ -202,14 +202,15 @@ def test_a_press_counts_however_old_it_is(bench):
 def test_another_driver_is_a_fault(bench, state):
     if state is not SafetyState.DISARMED:
         in_state(bench, state)
+    rival = 'another node commands the mechanism: /other/cue_driver'
     for _ in range(3):
-        bench.controller.receive_other_drivers(['/other/cue_driver'], bench.now)
+        bench.controller.receive_commands(rival, rival, False, bench.now)
         bench.run(0.05)
     assert bench.controller.state is SafetyState.FAULT
     assert bench.states.count(SafetyState.FAULT) == 1
-    assert bench.controller.reason == ('another node commands the mechanism: /other/cue_driver')
+    assert bench.controller.reason == rival
     assert '/other/cue_driver' in bench.controller.clear(bench.now).reason
-    bench.controller.receive_other_drivers([], bench.now)
+    bench.controller.receive_commands('', '', False, bench.now)
     assert bench.controller.clear(bench.now).accepted
 
 
@@ -292,6 +293,25 @@ def test_faults_are_found_and_named(bench, faults, state, words):
     assert bench.results[-1].outcome is GoalOutcome.FAULT
     bench.run(1.0)
     assert bench.mechanism.stopped
+
+
+def test_a_strike_that_was_not_measured_is_named(bench):
+    """Before, it was said that the cue had not met the ball."""
+    in_state(bench, SafetyState.FIRING)
+    receive = bench.controller.receive_joints
+    profile = bench.controller._execution.shot.profile
+
+    def lose_the_last(position, velocity, *times):
+        if not 0.0 < profile.contact_at - position[STROKE] <= profile.steady_way:
+            receive(position, velocity, *times)
+
+    bench.controller.receive_joints = lose_the_last
+    bench.reach(SafetyState.FAULT)
+    assert bench.controller.reason == (
+        'stroke: the strike was not measured: no joint_states in the last 16 ms before it'
+    )
+    assert bench.results[-1].strike is None
+    assert not bench.mechanism.moving, 'the cue was drawn back before'
 
 
 def test_some_lost_commands_do_no_harm(bench):
@@ -531,6 +551,9 @@ def test_an_arm_for_another_shot_is_refused(bench):
     assert decision.reason == "arm: shot_id must be 'B', got 'A'"
     bench.run(1.0)
     assert bench.controller.state is SafetyState.AIMED
+    refused = bench.controller.arm(10_000 * '\x1b[2J', bench.now).reason
+    assert refused.isprintable()
+    assert len(refused) < 300
     assert bench.controller.arm('B', bench.now).accepted
 
 
@@ -681,9 +704,7 @@ def test_one_of_two_emergency_stops_counts_until_it_is_released(bench):
     refused = bench.controller.clear(bench.now)
     assert not refused.accepted
     assert 'estop: is true (one of 2 publishers)' in refused.reason
-    bench.controller.receive_publishers(
-        {None: ''}, {None: ''}, bench.now
-    )  # the publisher has died
+    bench.controller.estop.keep({None: ''}, bench.now)  # the publisher has died
     assert bench.controller.state is SafetyState.ESTOP
     assert bench.controller.clear(bench.now).accepted
 
@@ -701,7 +722,7 @@ def test_no_stroke_begins_while_the_controller_has_not_answered(bench):
     """Until then the balls are watched, as they are before every stroke."""
     in_state(bench, SafetyState.ARMED)
     for _ in range(30):
-        bench.controller.receive_controller('', '', True, bench.now)
+        bench.controller.receive_commands('', '', True, bench.now)
         bench.run(0.01)
     assert bench.controller.state is SafetyState.ARMED
     bench.balls = {'cue': (0.01, 0.0)}
@@ -712,11 +733,11 @@ def test_no_stroke_begins_while_the_controller_has_not_answered(bench):
 def test_a_stop_that_is_not_followed_is_a_fault_at_rest_too(bench):
     failure = 'controller: no answer to a goal for 1 s'
     for _ in range(2):
-        bench.controller.receive_controller(failure, failure, False, bench.now)
+        bench.controller.receive_commands(failure, failure, False, bench.now)
     assert bench.states == [SafetyState.FAULT]
     assert bench.controller.reason == failure
     assert not bench.controller.clear(bench.now).accepted
-    bench.controller.receive_controller('', '', False, bench.now)
+    bench.controller.receive_commands('', '', False, bench.now)
     commands = []
     bench.controller._tell_command = commands.append
     assert bench.controller.clear(bench.now).accepted

@@ -196,7 +196,6 @@ def test_a_rounded_tip_meets_the_ball_where_its_sphere_does():
             'elevation must be that of the quaternion, ',
         ),
         ({'elevation': math.nan}, GoalOutcome.INVALID_PLAN, r'elevation must .*, got nan'),
-        ({'shot_id': ''}, GoalOutcome.INVALID_PLAN, 'shot_id'),
         ({'balls': {}}, GoalOutcome.INVALID_PLAN, "balls must have 'cue', got none"),
         (
             {'balls': sightings({'cue': (0.0, 0.0), '8': (math.inf, 0.0)})},

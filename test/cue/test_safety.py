@@ -126,7 +126,9 @@ def test_latches_hold():
     assert not decide(
         SafetyState.FAULT, SafetyEvent.CLEAR, ALL - {Condition.MECHANISM_HEALTHY}
     ).accepted
-    assert not decide(SafetyState.FAULT, SafetyEvent.CLEAR, ALL - {Condition.ALONE}).accepted
+    assert not decide(
+        SafetyState.FAULT, SafetyEvent.CLEAR, ALL - {Condition.COMMANDS_FOLLOWED}
+    ).accepted
 
 
 def test_stops_need_no_permission():

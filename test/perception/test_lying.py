@@ -1,6 +1,7 @@
 """Balls that touch each other or a cushion, seen by a camera that errs."""
 
 from dataclasses import replace
+import math
 
 import numpy as np
 import pytest
@@ -22,7 +23,8 @@ def seen(places, deviation, rng):
 
 
 def at_the_rail():
-    y = SCENE.table.width / 2 - RADIUS
+    height = SCENE.table.cushion.height  # of the nose, in diameters of a ball
+    y = SCENE.table.width / 2 - 2.0 * RADIUS * math.sqrt(height * (1.0 - height))
     return {'cue': np.array([0.3, y]), '1': np.array([0.3 + 2.0 * RADIUS, y])}
 
 

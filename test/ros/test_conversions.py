@@ -8,6 +8,7 @@ import pytest
 
 pytest.importorskip('billiard_shot_msgs', reason='needs ROS 2')
 
+from billiard_shot_msgs.msg import BallState
 from builtin_interfaces.msg import Time
 from hypothesis import given
 from hypothesis import strategies as st
@@ -40,6 +41,13 @@ def test_stroke_survives_the_round_trip(azimuth, elevation, a, x, y, speed):
     second = conversions.stroke_of(request.cue_pose, request.speed, (x, y, RADIUS))
     np.testing.assert_allclose(second.normal, first.normal, atol=1e-9)
     np.testing.assert_allclose(second.velocity, first.velocity, rtol=1e-9, atol=1e-9)
+
+
+def test_only_a_ball_on_the_table_was_seen_at_the_stamp_of_its_message():
+    """Before, a ball that is not detected looked new in every message, and never grew old."""
+    balls = [BallState(id='cue'), BallState(id='8', state=BallState.UNKNOWN)]
+    seen = conversions.sightings_of(balls, Time(sec=7))
+    assert {name: ball.time for name, ball in seen.items()} == {'cue': 7.0, '8': 0.0}
 
 
 def test_trajectory_survives_the_round_trip():

@@ -169,7 +169,7 @@ def test_what_it_publishes(cell):
         'mechanism': 'ok',
         'table': 'ok',
         'clock': 'ok',
-        'other drivers': 'ok',
+        'commands': 'ok',
     }
 
     def measured_angles():

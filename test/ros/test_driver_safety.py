@@ -70,8 +70,8 @@ def test_two_drivers_fault_both_and_name_each_other(cell, launch_once):
         PATIENCE,
     )
     rival = f'another node commands the mechanism: {SPACE}/second_driver'
-    known = cell.player.until(lambda: cell.health()['other drivers'] == rival, PATIENCE)
-    assert known, cell.health()['other drivers']
+    known = cell.player.until(lambda: cell.health()['commands'] == rival, PATIENCE)
+    assert known, cell.health()['commands']
     refused = cell.call('cue_driver/clear_fault')
     assert not refused.success
     assert rival in refused.message

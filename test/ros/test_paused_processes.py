@@ -89,7 +89,7 @@ def lead_to(cell, state):
         rival = player.create_publisher(JointTrajectory, f'{cell.space}/cue_driver/actuation', 1)
         there = reached(state)
         player.destroy_publisher(rival)
-        return there and player.until(lambda: cell.health()['other drivers'] == 'ok', PATIENCE)
+        return there and player.until(lambda: cell.health()['commands'] == 'ok', PATIENCE)
     cell.begin(cell.goal(f'{state.name} {monotonic()}'))
     if state is SafetyState.AIMING:
         return reached(state)
