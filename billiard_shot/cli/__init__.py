@@ -20,6 +20,7 @@ import billiard_shot
 from billiard_shot.cli.exit_codes import EXIT_CODES, FAILED, INTERRUPTED, WRONG_INPUT
 from billiard_shot.cli.output import discard_output, tolerant_output
 from billiard_shot.pictures.canvas import require_matplotlib
+from billiard_shot.scene.errors import must_be_one_of
 
 COMMANDS = {  # and what each does
     'predict': 'predict the motion of all balls after a stroke',
@@ -81,6 +82,11 @@ class Parser(argparse.ArgumentParser):
     def __init__(self, **options: Any) -> None:
         super().__init__(**options)
         self._negative_number_matcher = re.compile(r'-(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?$')
+
+    def _check_value(self, action: argparse.Action, value: Any) -> None:
+        """Name the choice that is nearest to a wrong value."""
+        if action.choices is not None and value not in action.choices:
+            raise argparse.ArgumentError(action, must_be_one_of(action.choices, value))
 
     def error(self, message: str) -> NoReturn:
         """Print what is wrong and where the help is, and exit."""

@@ -15,7 +15,7 @@ from billiard_shot.game.outcome import Outcome
 from billiard_shot.game.referee import judge
 from billiard_shot.game.ruling import Ruling
 from billiard_shot.game.state import State
-from billiard_shot.scene.errors import refused
+from billiard_shot.scene.errors import nearest, refused
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.table.run import POCKET_NAMES
 
@@ -102,7 +102,8 @@ def told_outcome(state: State, places: Places, told: Told) -> Outcome:
     ):
         for name in names:
             if name not in allowed:
-                raise refused(name, f'one of {", ".join(map(repr, allowed))}', field)
+                known = f'one of {", ".join(map(repr, allowed))}'
+                raise refused(name, known, field, hint=nearest(allowed, name))
     head_string = -0.25 * state.length
     return Outcome(
         first_contact=first_contact or None,
