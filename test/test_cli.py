@@ -6,6 +6,7 @@ import io
 import json
 import os
 from pathlib import Path
+import re
 import signal
 import subprocess
 import sys
@@ -94,7 +95,10 @@ def test_refused_strokes_are_said_on_stderr(capsys):
     [
         ([], 'stroke is missing'),
         (['--speed', '1', '--pocket', 'foot_left'], '--pocket needs --aim'),
-        (['--speed', '-1'], 'speed must be 1e-12 to 1e+12, got -1.0'),
+        (
+            ['--speed', '-1'],
+            'speed must be above 0, got -1.0 (m/s); the cue of a player moves at 0.1',
+        ),
         (['--speed', 'nan'], 'speed must be a finite number, got nan'),
         (
             ['--speed', '1', '--tolerance', '0'],
@@ -112,7 +116,7 @@ def test_refused_strokes_are_said_on_stderr(capsys):
         (['--speed', '1', '--strokes', 'x.yaml'], '--strokes must not be given together'),
         (['--strokes', 'x.yaml'], 'No such file'),
         (['--normal', '-1', '0', '0', '--a', '1'], 'must be those of one form'),
-        (['-a', '0.1'], 'speed is missing; it must be 1e-12 to 1e+12 (m/s)'),
+        (['-a', '0.1'], 'speed is missing; it must be above 0 (m/s); the cue of a player'),
         (['--normal', '-1', '0', '0'], 'velocity is missing'),
         (['--speed', '1', '-t', '-1e-3'], 'tolerance must be finite and above 0, got -0.001'),
     ],
@@ -348,6 +352,23 @@ def test_a_command_refuses_its_unknown_options_itself(words, capsys):
     command = 'scene' if 'scene' in words else words.partition(' --')[0]
     assert message.startswith(f'billiard-shot {command}: unrecognized arguments: ')
     assert hint == f'see billiard-shot {command} --help'
+
+
+@pytest.mark.parametrize(
+    ('words', 'text'),
+    [
+        ('pridict', 'argument COMMAND: must be one of predict, .*; the nearest is predict'),
+        ('study law', 'argument STUDY: must be one of laws, .*; the nearest is laws'),
+        ('plan --pot 8 --pocket footleft', "any, foot_left, .*, got 'footleft'; .* is foot_left"),
+        ('predict --aim 8 --pocket sideright', "got 'sideright'; the nearest is side_right"),
+        ('plan --pot 8 --noise turnament', 'tournament, none, .*; the nearest is tournament'),
+    ],
+)
+def test_the_nearest_choice_is_named(words, text, capsys):
+    with pytest.raises(SystemExit) as ended:
+        main(words.split())
+    assert ended.value.code == 2
+    assert re.search(text, capsys.readouterr().err)
 
 
 def test_numbers_of_strokes_may_have_an_exponent(capsys):
