@@ -147,7 +147,7 @@ def test_the_law_of_restitution_that_is_added(tmp_path):
         tmp_path,
         'impact/laws.py',
         """
-from billiard_shot.impact import Body, Contact, collide
+from billiard_shot import Body, Contact, collide
 for e in (0.2, 0.9):
     for exponent in (1.0, 1.5):
         result = collide(
