@@ -272,3 +272,13 @@ def test_numbers_and_names_are_those_of_yaml_1_2(tmp_path):
     path.write_text('like: pool\nball: {mass: !!float abc}')
     with pytest.raises(ValueError, match=r'scene\.yaml: .*abc'):
         Scene.load(path)
+
+
+@pytest.mark.parametrize(
+    ('text', 'where'), [('', r'empty\.yaml'), ('like: pool\ncue:\n', r'line 2: cue')]
+)
+def test_what_is_empty_is_called_empty(tmp_path, text, where):
+    path = tmp_path / 'empty.yaml'
+    path.write_text(text)
+    with pytest.raises(ValueError, match=rf'{where} must be a mapping, got None; it is empty$'):
+        Scene.load(path)
