@@ -113,7 +113,7 @@ def main():
                 player.until(lambda: False, 5.0)
                 latencies = stop_latencies(player, options.stops)
             report.row(
-                'e-stop to zero command, both cores planning, p99',
+                'emergency stop while both cores plan, 99 % within',
                 float(np.percentile(latencies, 99)),
                 'ms',
                 20.0,

@@ -111,7 +111,7 @@ def main():
                 with processes([('-c', program)]):
                     player.until(lambda: False, 3.0)
                     latencies = stop_latencies(player, options.stops)
-                row = f'e-stop to command to stop, flood of {name}, {options.stops} stops: '
+                row = f'emergency stop under a flood of {name}, {options.stops} stops: '
                 report.row(f'{row}median', float(np.median(latencies)), 'ms')
                 report.row(f'{row}largest', max(latencies), 'ms', LATEST)
     report.end()

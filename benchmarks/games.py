@@ -343,9 +343,9 @@ def as_page(racks):
         '',
         '## Stated and measured chances',
         '',
-        'Shots of these racks, by the stated chance to keep the turn.',
-        f'Deciles with fewer than {FEW} shots say little. The last column: the same strokes with',
-        f'{AGAIN} new errors each, by exact predictions.',
+        'Shots of these racks, by deciles of the stated chance to keep the turn, if a decile',
+        f'has {FEW} shots or more. The last column: the same strokes with {AGAIN} new errors',
+        'each, by exact predictions.',
         '',
         '| stated | kept the turn | with new errors |',
         '|---|---|---|',
@@ -353,6 +353,8 @@ def as_page(racks):
     # With hardly any time the first strokes are played by the chances of direct shots alone.
     own = {key: racks[key] for key in SERIES if key != HASTY and key not in FOREIGN}
     for stated, shots, came in calibration(own):
+        if len(shots) < FEW:
+            continue
         new = ''
         if stated < 0.9:  # above that nearly all shots are the same, and there are thousands
             new = f'{percent(np.mean([again(*each) for each in shots]))} %'

@@ -86,13 +86,14 @@ def pots(report, clock, count, factor, seed):
         base.append(measured(scene, target, strokes)[0].mean())
         bins[place].append((found[-1], base[-1]))
     said, found, base = np.array(said), np.array(found), np.array(base)
-    name = f'{count} pots at {factor:g} x noise: '
+    name = f'{count} pots, {factor:g} times the noise: '
     error = 100.0 * (said - found)
-    report.row(f'{name}mean absolute error of prediction', np.abs(error).mean(), 'points', 3.0)
+    off = f'{name}stated minus measured success'
+    report.row(f'{off}, mean size', np.abs(error).mean(), 'points', 3.0)
     # two standard errors: that of either success is at most 2 points
-    report.row(f'{name}bias', abs(error.mean()), 'points', 4.8 / count**0.5)
-    report.row(f'{name}success, mean', 100.0 * found.mean(), '%')
-    report.row(f"{name}the baseline's", 100.0 * base.mean(), '%')
+    report.row(f'{off}, mean', abs(error.mean()), 'points', 4.8 / count**0.5)
+    report.row(f'{name}measured success', 100.0 * found.mean(), '%')
+    report.row(f'{name}of the baseline', 100.0 * base.mean(), '%')
     gains = {place: 100.0 * np.subtract(*np.mean(each, axis=0)) for place, each in bins.items()}
     # two standard errors of the success in HELD_OUT_TRIALS strokes, at least 0.1 points
     unsure = {
@@ -103,14 +104,15 @@ def pots(report, clock, count, factor, seed):
         for place, each in bins.items()
     }
     middle = [gain for place, gain in gains.items() if 0.2 < np.mean(bins[place], axis=0)[1] < 0.8]
-    report.row(f' {name}worst bin over the baseline', min(gains.values()), 'points')
+    report.row(f' {name}gain in the worst class', min(gains.values()), 'points')
     report.row(
-        f'{name}worst bin over the baseline, with two standard errors',
+        f'{name}gain in the worst class, plus two standard errors',
         min(gains[place] + unsure[place] for place in bins),
         'points',
         -1e-9,
     )
-    report.row(f'{name}bins where it has 20 to 80 %, mean', np.mean(middle), 'points', -10.0)
+    even = f'{name}gain where the baseline has 20 to 80 %'
+    report.row(even, np.mean(middle), 'points', -10.0)
     print('    points over the baseline, cut down, distance across:')
     for cut in range(BINS[0]):
         row = (f'{gains.get((cut, length), np.nan):+7.1f}' for length in range(BINS[1]))
@@ -132,7 +134,7 @@ def blocked(report, clock, count, strokes):
             played = noisy(result.best.stroke.offsets, TOURNAMENT, HELD_OUT_TRIALS, 10_000 + i)
             ratios.append(measured(scene, target, played)[0].mean() / best)
             planned += ratios[-1] >= 0.9
-    name = f'{count} blocked balls, brute force of {strokes:.0e}: '
+    name = f'{count} blocked balls, best of {strokes:,} random strokes: '
     report.row(f' {name}it finds a way in', reachable, '')
     report.row(
         f'{name}plans with 0.9 of its success', 100.0 * planned / max(1, reachable), '%', -90.0

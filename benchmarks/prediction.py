@@ -126,13 +126,15 @@ def main():
                 predict(scene, stroke)
 
         call = seconds(each, repeats=5) / len(strokes)
-        report.row(f'{name}: kernel alone', kernel, 'us')
+        report.row(f'scene {name}: the strike alone', kernel, 'us')
         beyond = (call - kernel) / cross
-        report.row('    predict() beyond it', beyond, 'np.cross', OVERHEAD / CROSS)
+        report.row('    predict() adds', beyond, 'cross products', OVERHEAD / CROSS)
         batch = seconds(predict_batch, scene, normals, velocities, repeats=5) / len(normals)
         kernel = strike_time(scene, normals, velocities, 1e-4)
         report.row('    predict_batch, per stroke, on all cores', batch, 'us')
-        report.row('    the same over the kernel alone', batch / kernel, 'x', BATCH)
+        report.row(
+            '    predict_batch on all cores, over the strike alone', batch / kernel, 'x', BATCH
+        )
 
     wall, cpu = min(tuple(map(float, fresh(NUMPY))) for _ in range(5))
     bare = Time(wall, cpu)
@@ -140,7 +142,7 @@ def main():
     with tempfile.TemporaryDirectory() as cache:
         for name, limit in FIRST_LIMITS.items():
             first = min(float(fresh(FIRST, name, BILLIARD_SHOT_CACHE=cache)[0]) for _ in range(3))
-            report.row(f'{name}: first prediction, nothing compiled', first, 's')
+            report.row(f'scene {name}: first prediction, nothing compiled', first, 's')
             report.row('    over the import of NumPy', first / float(bare), 'x', limit)
         elapsed, cpu = map(float, fresh(COMPILE, BILLIARD_SHOT_CACHE=cache))
         report.row('everything compiled', Time(elapsed, cpu), 's')
@@ -153,7 +155,7 @@ def main():
     report.row('import billiard_shot', took, 's')
     report.row('    over the import of NumPy', took / float(bare), 'x', IMPORT)
     loaded = float(alone[0][1] != '[]')
-    report.row(f'    imported with it: {alone[0][1]}', loaded, '', 0.5)
+    report.row('    SciPy, matplotlib or numba imported with it', loaded, '', 0.5)
     report.end()
 
 

@@ -106,7 +106,9 @@ def main():
                 for request in requests:
                     request.sample_count = 200
                 measured = ratio(predictor, yardstick, requests[0])
-                report.row('PredictShot over SetBool, round trip, p50', measured, 'x', MAX_RATIO)
+                report.row(
+                    'round trip of PredictShot over SetBool, median', measured, 'x', MAX_RATIO
+                )
                 grown = growth(predictor, processes[0], requests, calls)
         finally:
             for process in processes:

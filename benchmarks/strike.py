@@ -59,7 +59,7 @@ def against_scipy(report, law):
             failed += 1
             continue
         ratios.append(slow / time_of(fast, strike, ACCURACY))
-    name = f'{law}: SciPy DOP853 with events over the kernel, both <= {ACCURACY:g}'
+    name = f'law {law}: SciPy (DOP853 with events) over ours, equal errors'
     report.row(name, statistics.median(ratios), 'x', -SPEED_UP)
     report.row(f'    slowest to fastest of {len(ratios)} strokes: from', min(ratios), 'x')
     report.row('    to', max(ratios), 'x')
@@ -78,10 +78,12 @@ def distribution(report, law, cross):
         if status == Status.OK and exact(strike, 1e-12) == Status.OK:
             errors.append(exact.error(strike, kernel.impulse))
     median = statistics.median(times)
-    name = f'{law}: median strike at {ACCURACY:g} over {STROKES} strokes'
+    name = f'law {law}: a strike, median of {STROKES}'
     report.row(name, Time(median, median), 'us')
-    report.row('    in np.cross', median / cross.cpu, '', MEDIAN)
-    report.row('    99 % of them within', np.quantile(times, 0.99) / median, 'medians', TAIL)
+    report.row('    the same', median / cross.cpu, 'cross products', MEDIAN)
+    report.row(
+        '    99 % of the strikes within', np.quantile(times, 0.99) / median, 'medians', TAIL
+    )
     report.row('    worst', max(times) / median, 'medians')
     report.row('    99.9 % of the errors below', np.quantile(errors, 0.999), '')
     report.row('    worst error', max(errors), '')

@@ -87,7 +87,7 @@ def compare_speed(report, answer):
         ours = per_shot(scene('han'), given)
         report.row(f' {name}: microseconds', ours, 'us')
         report.row(
-            f'{name}: pooltool over this, cushions after Han',
+            f'{name}: pooltool over ours, cushions after Han',
             layout['seconds'] / float(ours),
             'times',
             -RATIOS[name],
@@ -95,7 +95,7 @@ def compare_speed(report, answer):
         default = per_shot(scene('mathavan', duration=DURATION), given)
         report.row(f' {name}: microseconds, by default', default, 'us')
         report.row(
-            f'{name}: pooltool over this, each with its defaults',
+            f'{name}: with defaults of each',
             layout['seconds_default'] / float(default),
             'times',
         )
@@ -154,9 +154,8 @@ def main():
     where = scene('mathavan')
     cue = {'cue': BallState((0.0, 0.0, where.ball.radius), (1.0, 0.3, 0.0), (0.0, 0.0, 20.0))}
     beyond = seconds(simulate, where, cue) - per_shot(where, cue)
-    report.row(
-        'simulate() beyond the table itself, in np.cross', beyond / cross, '', OVERHEAD / CROSS
-    )
+    added = beyond / cross
+    report.row('simulate() adds to the table itself', added, 'cross products', OVERHEAD / CROSS)
     report.row('first break in a new process, empty cache', first_break(), 's')
     if python is None:
         report.note('The comparison with pooltool was not measured: give --pooltool PYTHON')

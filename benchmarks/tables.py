@@ -25,7 +25,9 @@ PAGE = HERE.parent / 'docs' / 'benchmarks.md'
 NAMES = 'strike', 'prediction', 'throughput', 'table', 'plan', 'service', 'cue', 'driver'
 BEGIN, END = '<!-- table: {} -->', '<!-- end: {} -->'
 MACHINE = 'Measured on '  # begins the line of the machine; a table from another one names its own
+UNITS = {'x': '×', 'us': 'µs', '1/s': ''}  # as the page writes them
 LONGEST = 600.0  # s that a benchmark may take
+ROUNDING = 1e-8
 ENDING = 30.0  # s in which an interrupted one may end its processes
 
 
@@ -84,12 +86,12 @@ def as_table(found, page):
     for row in found['rows']:
         if row['name'].startswith(' ') and row['limit'] is None:
             continue  # a detail, which only the benchmark itself prints
-        unit = f' {row["unit"]}' if row['unit'] else ''
+        unit = UNITS.get(row['unit'], row['unit'])
         cpu = '' if row['cpu'] is None else f' (CPU {row["cpu"]:.3g})'
         limit = ''
         if row['limit'] is not None:
             sign = '≤' if row['limit'] > 0.0 else '≥'
-            limit = f'{sign} {abs(row["limit"]):.3g}{"" if row["kept"] else ", missed"}'
+            limit = f'{sign} {in_words(abs(row["limit"]))}{"" if row["kept"] else ", missed"}'
         name = row['name'].strip().replace('|', '/')
         before, colon, after = name.partition(': ')
         if row['name'].startswith(' '):
@@ -98,8 +100,16 @@ def as_table(found, page):
             name = f'– {after}'
         else:
             group = before
-        lines.append(f'| {name} | {row["value"]:.4g}{unit}{cpu} | {limit} |')
+        value = f'{in_words(row["value"])} {unit}'.rstrip()
+        lines.append(f'| {name} | {value}{cpu} | {limit} |')
     return '\n'.join([*lines, *(f'\n{note}.' for note in found['notes'])])
+
+
+def in_words(number):
+    """Write a number with three digits, without an exponent; 0 if it is only rounding."""
+    if abs(number) < ROUNDING:
+        return '0'
+    return f'{number:,.0f}' if abs(number) >= 1000.0 else f'{number:.3g}'
 
 
 def replaced(page, name, table):

@@ -157,7 +157,7 @@ def plans(report, exact):
             '1/s',
         )
         share = took / sum(simulations) / exact[len(given[0][0].balls) > 2]
-        report.row('    a stroke over an exact one of the same balls', share, 'x', PLANNED)
+        report.row('    a stroke over an exact one', share, 'x', PLANNED)
         report.row('    a plan', took / len(given), 's')
         report.row('    success, mean', 100.0 * float(np.mean(success)), '%')
 

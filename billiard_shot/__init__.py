@@ -4,6 +4,8 @@ from importlib import import_module
 from typing import Any, TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from billiard_shot.impact.bodies import Body, Contact
+    from billiard_shot.impact.collide import collide
     from billiard_shot.planning.candidate_strokes import candidates, CandidateStrokes
     from billiard_shot.planning.inverse import invert_strike
     from billiard_shot.planning.plan import plan
@@ -60,6 +62,9 @@ __all__ = [
     'predict_within_noise',
     'NoisyBatch',
     'invert_strike',
+    'collide',
+    'Body',
+    'Contact',
 ]
 
 # Imported when first used: `import billiard_shot` alone must not wait for numba.
@@ -97,6 +102,9 @@ _HOMES = {
     'NoisyBatch': 'planning.within_noise',
     'DirectShots': 'planning.shots',
     'invert_strike': 'planning.inverse',
+    'collide': 'impact.collide',
+    'Body': 'impact.bodies',
+    'Contact': 'impact.bodies',
 }
 
 

@@ -6,6 +6,7 @@ import io
 import json
 import os
 from pathlib import Path
+import re
 import signal
 import subprocess
 import sys
@@ -94,7 +95,10 @@ def test_refused_strokes_are_said_on_stderr(capsys):
     [
         ([], 'stroke is missing'),
         (['--speed', '1', '--pocket', 'foot_left'], '--pocket needs --aim'),
-        (['--speed', '-1'], 'speed must be 1e-12 to 1e+12, got -1.0'),
+        (
+            ['--speed', '-1'],
+            'speed must be above 0, got -1.0 (m/s); the cue of a player moves at 0.1',
+        ),
         (['--speed', 'nan'], 'speed must be a finite number, got nan'),
         (
             ['--speed', '1', '--tolerance', '0'],
@@ -112,7 +116,7 @@ def test_refused_strokes_are_said_on_stderr(capsys):
         (['--speed', '1', '--strokes', 'x.yaml'], '--strokes must not be given together'),
         (['--strokes', 'x.yaml'], 'No such file'),
         (['--normal', '-1', '0', '0', '--a', '1'], 'must be those of one form'),
-        (['-a', '0.1'], 'speed is missing; it must be 1e-12 to 1e+12 (m/s)'),
+        (['-a', '0.1'], 'speed is missing; it must be above 0 (m/s); the cue of a player'),
         (['--normal', '-1', '0', '0'], 'velocity is missing'),
         (['--speed', '1', '-t', '-1e-3'], 'tolerance must be finite and above 0, got -0.001'),
     ],
@@ -171,7 +175,7 @@ def test_all_mistakes_of_a_file(tmp_path, capsys):
     err = capsys.readouterr().err
     assert '4 wrong' in err
     assert 'stroke typo: velocty is unknown; the nearest key is velocity' in err
-    assert 'stroke zero: velocity must be of length 1e-12 to 1e+12, got [0, 0, 0] (m/s)' in err
+    assert 'stroke zero: velocity must be of length above 0, got [0, 0, 0] (m/s)' in err
     assert "stroke angle: azimuth_deg must be a finite number, got 'east'" in err
     assert 'stroke 6 must be a mapping, got 7' in err
 
@@ -350,6 +354,25 @@ def test_a_command_refuses_its_unknown_options_itself(words, capsys):
     assert hint == f'see billiard-shot {command} --help'
 
 
+@pytest.mark.parametrize(
+    ('words', 'text'),
+    [
+        ('pridict', 'argument COMMAND: must be one of predict, .*; the nearest is predict'),
+        ('study law', 'argument STUDY: must be one of laws, .*; the nearest is laws'),
+        ('plan --pot 8 --pocket footleft', "any, foot_left, .*, got 'footleft'; .* is foot_left"),
+        ('predict --aim 8 --pocket sideright', "got 'sideright'; the nearest is side_right"),
+        ('plan --pot 8 --noise turnament', 'tournament, none, .*; the nearest is tournament'),
+        ('predict -s 2,5', "argument -s/--speed: must be a number, such as 2.5, got '2,5'"),
+        ('plan --pot 8 --budget 1e4', "argument --budget: must be a whole number, got '1e4'"),
+    ],
+)
+def test_a_wrong_word_is_answered_with_what_is_allowed(words, text, capsys):
+    with pytest.raises(SystemExit) as ended:
+        main(words.split())
+    assert ended.value.code == 2
+    assert re.search(text, capsys.readouterr().err)
+
+
 def test_numbers_of_strokes_may_have_an_exponent(capsys):
     assert main(['predict', '-a', '-1e-1', '-z', '-2E+1', '-s', '2']) == 0
     assert 'a -0.10, b +0.00 radii; elevation 0.0°, azimuth -20.00°' in capsys.readouterr().out
@@ -360,6 +383,8 @@ def test_numbers_of_strokes_may_have_an_exponent(capsys):
     [
         ('plan blocked --pot 9', "pot must be one of 1, 8, got '9'"),
         ('plan blocked --break 1 --pots 3', 'pots must be at most 2, the balls, got 3'),
+        ('urdf --frame=', '--frame must be a name'),
+        ('predict blocked --pot cue -s 2 -e 5', "--pot must be one of 1, 8, got 'cue'"),
         ('atlas pool_table', 'ball is missing; the scene has only the cue ball'),
     ],
 )

@@ -147,7 +147,7 @@ def test_the_law_of_restitution_that_is_added(tmp_path):
         tmp_path,
         'impact/laws.py',
         """
-from billiard_shot.impact import Body, Contact, collide
+from billiard_shot import Body, Contact, collide
 for e in (0.2, 0.9):
     for exponent in (1.0, 1.5):
         result = collide(
@@ -250,6 +250,37 @@ def test_what_cannot_be_run_names_what_is_there(page, tag, language, text, tmp_p
 def test_pages_show_the_examples_that_are_there():
     shown = set().union(*(included_in(page) for page in PAGES))
     assert shown == {f'examples/{path.name}' for path in (ROOT / 'docs' / 'examples').iterdir()}
+
+
+LINK = re.compile(r'\]\((?!https?:)([^)#\s]*)(?:#([^)\s]*))?\)')
+
+
+def anchors_of(page):
+    """The anchors that GitHub and Sphinx give to the headings of a page."""
+    headings = re.findall(r'^#+ (.*)$', page.read_text(), re.MULTILINE)
+    return {re.sub(r'[^\w\- ]', '', each.lower()).replace(' ', '-') for each in headings}
+
+
+@pytest.mark.skipif(shutil.which('git') is None, reason='needs git')
+@pytest.mark.parametrize('page', PAGES, ids=lambda page: page.name)
+def test_links_lead_to_what_a_reader_on_github_sees(page):
+    """To files of the repository, not to those that are made with the pages, and to headings."""
+    listed = subprocess.run(
+        ['git', 'ls-files'], cwd=ROOT, capture_output=True, text=True, check=False
+    )
+    if listed.returncode:
+        pytest.skip('needs a clone')
+    seen = {ROOT / name for name in listed.stdout.splitlines()}
+    for name, anchor in LINK.findall(page.read_text()):
+        target = (page.parent / name).resolve() if name else page
+        assert target in seen, name
+        assert not anchor or anchor in anchors_of(target), f'{name}#{anchor}'
+
+
+@pytest.mark.parametrize('page', PAGES, ids=lambda page: page.name)
+def test_a_reader_on_github_finds_each_example_by_a_link(page):
+    linked = {name for name, _ in LINK.findall(page.read_text())}
+    assert included_in(page) <= linked
 
 
 def test_pages_show_the_pictures_that_are_there():

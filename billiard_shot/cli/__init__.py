@@ -20,6 +20,7 @@ import billiard_shot
 from billiard_shot.cli.exit_codes import EXIT_CODES, FAILED, INTERRUPTED, WRONG_INPUT
 from billiard_shot.cli.output import discard_output, tolerant_output
 from billiard_shot.pictures.canvas import require_matplotlib
+from billiard_shot.scene.errors import must_be, must_be_one_of
 
 COMMANDS = {  # and what each does
     'predict': 'predict the motion of all balls after a stroke',
@@ -75,12 +76,33 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return code
 
 
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(must_be('a number, such as 2.5', text)) from None
+
+
+def _whole_number(text: str) -> int:
+    try:
+        return int(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(must_be('a whole number', text)) from None
+
+
 class Parser(argparse.ArgumentParser):
     """A parser that takes -1e-3 as a number; its errors have two lines, without all options."""
 
     def __init__(self, **options: Any) -> None:
         super().__init__(**options)
+        self.register('type', float, _number)
+        self.register('type', int, _whole_number)
         self._negative_number_matcher = re.compile(r'-(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?$')
+
+    def _check_value(self, action: argparse.Action, value: Any) -> None:
+        """Name the choice that is nearest to a wrong value."""
+        if action.choices is not None and value not in action.choices:
+            raise argparse.ArgumentError(action, must_be_one_of(action.choices, value))
 
     def error(self, message: str) -> NoReturn:
         """Print what is wrong and where the help is, and exit."""

@@ -164,10 +164,10 @@ def _why_missed(shot: Shot, options: argparse.Namespace) -> str:
     if options.pot is None:
         return ''
     table = shot.scene.table
-    if options.pot not in shot.scene.balls or table is None or not table.pockets:
+    balls = [ball for ball in shot.scene.balls if ball != CUE_BALL]
+    if options.pot not in balls or table is None or not table.pockets:
         raise ValueError(
-            f'--pot {must_be_one_of(shot.scene.balls, options.pot, "ball")}, on a table with '
-            'pockets'
+            f'--pot {must_be_one_of(balls, options.pot, "ball")}, on a table with pockets'
         )
     pockets = [options.pocket] if options.pocket else POCKET_NAMES
     return why_missed(shot, options.pot, pockets)

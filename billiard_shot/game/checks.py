@@ -7,14 +7,17 @@ from billiard_shot.game.call import Call, Decision
 from billiard_shot.game.game import find_game
 from billiard_shot.game.outcome import Outcome
 from billiard_shot.game.state import State
-from billiard_shot.scene.errors import InputError, Mistake, must_be, refused
+from billiard_shot.scene.errors import InputError, Mistake, must_be, nearest, refused
 from billiard_shot.table.run import POCKET_NAMES
 
 
 def check_names(*checks: tuple[str, Collection[Any], Collection[Any]]) -> None:
     """Raise InputError for names of a field, the second item, that are not allowed, the third."""
     mistakes = [
-        Mistake((field,), must_be(f'one of {", ".join(map(repr, allowed))}', name))
+        Mistake(
+            (field,),
+            must_be(f'one of {", ".join(map(repr, allowed))}', name) + nearest(allowed, name),
+        )
         for field, names, allowed in checks
         for name in names
         if name not in allowed

@@ -4,7 +4,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from billiard_shot.scene.errors import refused
+from billiard_shot.scene.errors import nearest, refused
 
 
 def names_in(folder: str) -> list[str]:
@@ -34,7 +34,8 @@ def find_plugin(name: str, folder: str, attribute: str, what: str) -> Any:
     if name in names:
         name = f'billiard_shot.game.{folder}.{name}'
     elif '.' not in name or not all(map(str.isidentifier, name.split('.'))):
-        raise refused(name, f'one of {", ".join(names)}, or a module such as package.module', what)
+        allowed = f'one of {", ".join(names)}, or a module such as package.module'
+        raise refused(name, allowed, what, hint=nearest(names, name))
     try:
         return getattr(import_module(name), attribute)
     except (ImportError, AttributeError) as error:

@@ -18,7 +18,7 @@ from billiard_shot.game.rack import play_on
 from billiard_shot.game.rack_record import RackRecord
 from billiard_shot.planning.statistics import wilson_interval
 from billiard_shot.scene import Scene
-from billiard_shot.scene.errors import refused
+from billiard_shot.scene.errors import must_be_one_of, refused
 
 
 def agent_names() -> list[str]:
@@ -55,7 +55,9 @@ def _option(make: MakeAgent, name: str, word: str) -> tuple[str, Any]:
     ]
     where = f'option of player {name.partition(":")[0]!r}'
     if option not in known:
-        raise refused(option, f'one of {", ".join(known)}' if known else 'left out', where)
+        if not known:
+            raise refused(option, 'left out', where)
+        raise ValueError(f'{where} {must_be_one_of(known, option)}')
     try:
         return option, json.loads(value)
     except ValueError:

@@ -20,7 +20,7 @@ LEAST_REST, LEAST_PART = 1e-10, 1e-13  # mm; fraction of the cue speed. Less is 
 Quantity = Callable[[AccuracyPoint], float]
 
 
-def draw_accuracy(curves: Mapping[str, Sequence[AccuracyPoint]], title: str, path: Path) -> None:
+def draw_accuracy(curves: Mapping[str, Sequence[AccuracyPoint]], path: Path, title: str) -> None:
     """
     Draw the error of the resting place over time, and the error of velocity over evaluations.
 

@@ -20,6 +20,7 @@ def draw_collision(
     bodies: Sequence[Body],
     contacts: Sequence[Contact],
     path: Path,
+    *,
     law: str = 'bistiffness',
     exponent: float = 1.0,
 ) -> None:

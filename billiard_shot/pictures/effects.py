@@ -14,7 +14,7 @@ MIN_DRAWN_CHANGE = 1e-3  # mm: smaller changes are not drawn
 LINEAR = 10.0  # us, to which the axis of time is linear
 
 
-def draw_effects(studies: Sequence[EffectStudy], about: str, path: Path) -> None:
+def draw_effects(studies: Sequence[EffectStudy], path: Path, about: str) -> None:
     """
     Draw the changes and costs of effects as bars: medians if there are several shots.
 

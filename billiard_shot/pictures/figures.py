@@ -1,6 +1,7 @@
 """The pictures of docs/figures that show the model and shots, by name; studies draw their own."""
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 
 from billiard_shot.pictures.history import draw_history
@@ -15,6 +16,7 @@ from billiard_shot.pictures.rack_gaps import draw_rack_gaps
 from billiard_shot.pictures.strike import draw_strike
 from billiard_shot.pictures.table import draw_shot
 from billiard_shot.pictures.trails import trails_of
+from billiard_shot.pictures.two_balls import TwoBalls
 from billiard_shot.scene import Scene
 from billiard_shot.shot.predict import predict
 from billiard_shot.shot.shot import Shot
@@ -56,8 +58,8 @@ def _draw(shot: Shot, path: Path, about: str) -> None:
 
 
 FIGURES: Mapping[str, Callable[[Path], None]] = {
-    'impulse-plane': draw_impulse_plane,
-    'two-balls': draw_two_balls,
+    'impulse-plane': partial(draw_impulse_plane, TwoBalls()),
+    'two-balls': partial(draw_two_balls, TwoBalls()),
     'ping-pong': draw_ping_pong,
     'paper-shots': draw_paper_shots,
     'table-jump': lambda path: _draw(jump(), path, 'A jump over ball 1, elevation 32°'),

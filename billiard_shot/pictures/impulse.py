@@ -15,9 +15,8 @@ NUMBER_OFFSETS = {'S1': (9, -11), 'S2': (-13, 2), 'S3': (-14, 4)}  # points from
 STATE_MEANINGS = {'S1': 'both', 'S2': 'ball on table', 'S3': 'ball on ball'}
 
 
-def draw_impulse_plane(path: Path, balls: TwoBalls | None = None) -> None:
+def draw_impulse_plane(balls: TwoBalls, path: Path) -> None:
     """Write the plane of impulses: the ellipse of energy, lines of compression, four regions."""
-    balls = balls or TwoBalls()
     figure = new_figure(7.0, 6.0)
     axes = figure.subplots()
     _plane(axes, balls)
@@ -48,9 +47,8 @@ def draw_impulse_plane(path: Path, balls: TwoBalls | None = None) -> None:
     save(figure, path)
 
 
-def draw_two_balls(path: Path, balls: TwoBalls | None = None) -> None:
+def draw_two_balls(balls: TwoBalls, path: Path) -> None:
     """Write one collision: its curve of impulses, its elastic energies, a table of its states."""
-    balls = balls or TwoBalls()
     trace = balls.trace()
     states = balls.states(trace)
     figure = new_figure(11.0, 6.6)

@@ -23,8 +23,8 @@ def draw_laws(
     sweeps: Sequence[ParameterSweep],
     distances: Mapping[tuple[str, str], Array],
     discontinuities: Mapping[tuple[str, str], Sequence[Discontinuity]],
-    about: str,
     path: Path,
+    about: str,
 ) -> None:
     """
     Write a picture with a panel for each sweep: distance from start to rest, over the parameter.

@@ -56,7 +56,8 @@ def places_in_hand(
     if place not in IN_HAND_PLACES:
         raise ValueError(f'place must be {" or ".join(IN_HAND_PLACES)}, got {place!r}')
     if not isinstance(target, Pot | Break) or scene.table is None:
-        raise ValueError(f'place needs a target that pots a ball or breaks, got {target!r}')
+        name = type(target).__name__.lower()
+        raise ValueError(f'place needs the target pot or break, got the target {name}')
     others = {name: xy for name, xy in scene.balls.items() if name != CUE_BALL}
     lying = np.array(list(others.values())).reshape(-1, 2)
     if isinstance(target, Break):

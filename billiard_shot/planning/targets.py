@@ -16,6 +16,7 @@ from billiard_shot.scene.errors import (
     Mistake,
     must_be,
     must_be_one_of,
+    nearest,
     refused,
     unknown,
 )
@@ -50,8 +51,10 @@ def pocket_field() -> Any:
 
     def convert(value: object) -> tuple[str, ...]:
         names, known = one_or_many(value), (ANY, *POCKET_NAMES)
-        if not names or any(not isinstance(n, str) or n not in known for n in names):
-            raise refused(value, allowed)
+        wrong = [each for each in names if not isinstance(each, str) or each not in known]
+        if wrong or not names:
+            hint = nearest(known, wrong[0]) if wrong else ''
+            raise refused(value, allowed, hint=hint)
         return tuple(pocket for pocket in POCKET_NAMES if pocket in names or ANY in names)
 
     return dataclasses.field(default=ANY, metadata={TAKES: convert})

@@ -101,6 +101,11 @@ def _inputs(kind: Any) -> list[dataclasses.Field[Any]]:
     return [*dataclasses.fields(kind), *pseudo]
 
 
+def _no_mapping(value: object) -> InputError:
+    hint = '; it is empty' if value is None else ''
+    return refused(value, 'a mapping', hint=hint)
+
+
 def _plain(value: Any, derived: bool) -> Any:
     if dataclasses.is_dataclass(value):
         return write(value, derived=derived)
@@ -114,7 +119,7 @@ def _plain(value: Any, derived: bool) -> Any:
 def _read(kind: type, data: object) -> tuple[Any, list[Mistake]]:
     """Return the object and no mistakes, or its valid fields and its mistakes."""
     if not isinstance(data, Mapping):
-        return _Known(kind, {}, is_wrong=True), list(found_in(refused(data, 'a mapping')))
+        return _Known(kind, {}, is_wrong=True), list(found_in(_no_mapping(data)))
     names = [field.name for field in _inputs(kind)]
     given = {}
     mistakes = []
@@ -152,7 +157,7 @@ def _examine(
                 known[name] = metadata[TAKES](value)
             except ValueError as error:
                 mapping = reading and SECTION_KEY in metadata
-                mistakes += found_in(refused(value, 'a mapping') if mapping else error, name)
+                mistakes += found_in(_no_mapping(value) if mapping else error, name)
                 if isinstance(error, InputError) and error.valid_part is not None:
                     known[name] = error.valid_part
     so_far = _Known(kind, known)

@@ -41,9 +41,9 @@ class Ball:
     Parameters
     ----------
     mass : float
-        [kg], above 0.
+        [kg], above 0 and at most 2.
     radius : float
-        [m], above 0.
+        [m], above 0 and at most 0.5.
     inertia : float, optional
         Moment of inertia about any axis through the centre [kg m^2], above 0 and at most that of a
         hollow ball, 2/3 m r^2; by default that of a solid ball, 2/5 m r^2.
@@ -51,8 +51,8 @@ class Ball:
     """
 
     RULES: ClassVar = (_inertia_of_a_ball,)
-    mass: float = number('kg', above=0)
-    radius: float = number('m', above=0)
+    mass: float = number('kg', above=0, maximum=2)
+    radius: float = number('m', above=0, maximum=0.5)
     inertia: float = number(
         'kg m^2', above=0, derived=lambda ball: 0.4 * ball.mass * ball.radius**2
     )
@@ -82,7 +82,7 @@ class Cue:
     Parameters
     ----------
     mass : float
-        [kg], above 0.
+        [kg], above 0 and at most 100.
     guided : bool
         True if bearings hold the cue, so that its tip cannot move sideways (the mechanical cue of
         the paper).
@@ -90,33 +90,35 @@ class Cue:
         Effective mass of the tip for sideways motion [kg], above 0 and at most the mass of the
         cue; by default 4.2 g, see `END_MASS`. A guided cue must not have one: it is infinite.
     ferrule_radius : float, optional
-        Half the width of the cue right behind its tip [m], at least 0. By default 6.5 mm; 0 for a
+        Half the width of the cue right behind its tip [m], 0 to 1. By default 6.5 mm; 0 for a
         guided cue, whose shape is unknown.
     length : float, optional
-        Length of the cue [m], at least 0; balls and cushions can be in its way. By default 1.47 m
-        (58 in, the usual length); 0 for a guided cue, whose shape is unknown.
+        Length of the cue [m], 0 to 20; balls and cushions can be in its way. By default 1.47 m (58
+        in, the usual length); 0 for a guided cue, whose shape is unknown.
     tip_curvature_radius : float
-        Radius of the spherical surface of a rounded tip [m], at least 0. A stroke that is given by
+        Radius of the spherical surface of a rounded tip [m], 0 to 1. A stroke that is given by
         the axis of the cue then meets the ball nearer to its centre. By default 0: the tip is a
         point on the axis. Common tips have the curvature of a dime, 9 mm, or a nickel, 10.6 mm.
     follow_through : float
-        Distance that the cue goes on after the strike [m], above 0; it may hit the ball again. By
-        default 0.15 m, see `FOLLOW_THROUGH`.
+        Distance that the cue goes on after the strike [m], above 0 and at most 20; it may hit the
+        ball again. By default 0.15 m, see `FOLLOW_THROUGH`.
 
     """
 
     RULES: ClassVar = (_end_of_a_cue,)
-    mass: float = number('kg', above=0)
+    mass: float = number('kg', above=0, maximum=100)
     guided: bool = boolean(default=False)
     end_mass: float = number(
         'kg', above=0, derived=lambda cue: math.inf if cue.guided else min(END_MASS, cue.mass)
     )
     ferrule_radius: float = number(
-        'm', minimum=0, derived=lambda cue: 0.0 if cue.guided else FERRULE_RADIUS
+        'm', minimum=0, maximum=1, derived=lambda cue: 0.0 if cue.guided else FERRULE_RADIUS
     )
-    length: float = number('m', minimum=0, derived=lambda cue: 0.0 if cue.guided else CUE_LENGTH)
-    tip_curvature_radius: float = number('m', minimum=0, default=0.0)
-    follow_through: float = number('m', above=0, default=FOLLOW_THROUGH)
+    length: float = number(
+        'm', minimum=0, maximum=20, derived=lambda cue: 0.0 if cue.guided else CUE_LENGTH
+    )
+    tip_curvature_radius: float = number('m', minimum=0, maximum=1, default=0.0)
+    follow_through: float = number('m', above=0, maximum=20, default=FOLLOW_THROUGH)
 
     def __post_init__(self) -> None:
         check(self)
@@ -169,20 +171,20 @@ class Cloth:
         Coefficient of friction of a sliding ball, at least 0. By default the friction of the
         contact ball_table, which the `Scene` fills in (infinite before).
     rolling_resistance : float
-        Deceleration of a rolling ball in units of gravity, at least 0. 0.01: Alciatore, physical
+        Deceleration of a rolling ball in units of gravity, 0 to 1. 0.01: Alciatore, physical
         properties of pool equipment (billiards.colostate.edu), who gives 0.005 to 0.015.
     spin_deceleration : float
         Deceleration of the spin about the vertical [rad/s^2], at least 0. 10: the same source, 5
         to 15.
     gravity : float
-        [m/s^2], above 0.
+        [m/s^2], above 0 and at most 100.
 
     """
 
     sliding_friction: float = number('', minimum=0, derived=lambda _: math.inf)
-    rolling_resistance: float = number('', minimum=0, default=0.01)
+    rolling_resistance: float = number('', minimum=0, maximum=1, default=0.01)
     spin_deceleration: float = number('rad/s^2', minimum=0, default=10.0)
-    gravity: float = number('m/s^2', above=0, default=STANDARD_GRAVITY)
+    gravity: float = number('m/s^2', above=0, maximum=100, default=STANDARD_GRAVITY)
 
     def __post_init__(self) -> None:
         check(self)

@@ -93,13 +93,20 @@ def must_be_one_of(known: Iterable[object], got: object, what: str = '') -> str:
     if not names:
         return f'must name a {what or "value"}, but there is none, got {got!r}'
     text = must_be(f'one of {", ".join(names)}', got)
-    near = difflib.get_close_matches(str(got), names, 1) if len(names) > 1 else []
-    return f'{text}; the nearest is {near[0]}' if near else text
+    return text + nearest(names, got) if len(names) > 1 else text
 
 
-def refused(value: object, allowed: str, name: str = '', unit: str = '') -> InputError:
-    """Make the error for a value that is not allowed."""
-    return InputError([Mistake((name,) if name else (), must_be(allowed, value, unit))])
+def nearest(known: Iterable[object], got: object) -> str:
+    """Text that adds the known name nearest to the given one; '' if none is near."""
+    near = difflib.get_close_matches(str(got), [str(name) for name in known], 1)
+    return f'; the nearest is {near[0]}' if near else ''
+
+
+def refused(
+    value: object, allowed: str, name: str = '', unit: str = '', hint: str = ''
+) -> InputError:
+    """Make the error for a value that is not allowed; `hint` is the end of its text."""
+    return InputError([Mistake((name,) if name else (), must_be(allowed, value, unit) + hint)])
 
 
 def unknown(key: str, known: Iterable[str]) -> str:

@@ -25,6 +25,7 @@ from billiard_shot.scene.values import as_float, check_type, whole
 Convert = Callable[[object], Any]
 TAKES, DERIVED, SECTION_KEY = 'takes', 'derived', 'section'
 NUMBER, WHOLE = 'number', 'whole'
+THOUSANDTHS = {'kg': 'g', 'm': 'mm', 's': 'ms'}
 LONGEST_NAME = 64  # characters
 A_NAME = f"a name, such as '8', of at most {LONGEST_NAME} printable characters"
 
@@ -207,10 +208,19 @@ def _number_within(
             or (minimum is not None and found < minimum)
             or (maximum is not None and found > maximum)
         ):
-            raise refused(value, allowed, unit=unit)
+            hint = _in_thousandths(found, unit, maximum)
+            raise refused(value, allowed, unit=unit, hint=hint)
         return found
 
     return convert
+
+
+def _in_thousandths(value: float, unit: str, maximum: float | None) -> str:
+    """Say what a value that is too large is in grams, millimetres or milliseconds."""
+    part = 1e-3 * value
+    if unit not in THOUSANDTHS or maximum is None or not part <= maximum < value:
+        return ''
+    return f'; {value:g} {THOUSANDTHS[unit]} are {part:g} {unit}'
 
 
 def _field(convert: Convert, default: Any) -> Any:

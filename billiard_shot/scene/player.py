@@ -98,22 +98,22 @@ class Noise:
     Parameters
     ----------
     a, b : float
-        Of the contact point of the tip, to the right and up [m], at least 0.
+        Of the contact point of the tip, to the right and up [m], 0 to 0.1.
     elevation_deg, azimuth_deg : float
-        [degrees], at least 0.
+        [degrees], 0 to 90.
     speed : float
         [m/s], at least 0.
     balls : float
-        Of the known places of the balls, in each direction [m], at least 0. Only plans use it.
+        Of the known places of the balls, in each direction [m], 0 to 0.1. Only plans use it.
 
     """
 
-    a: float = number('m', minimum=0, default=0.0005)
-    b: float = number('m', minimum=0, default=0.0005)
-    elevation_deg: float = number('degrees', minimum=0, default=0.1)
-    azimuth_deg: float = number('degrees', minimum=0, default=0.125)
+    a: float = number('m', minimum=0, maximum=0.1, default=0.0005)
+    b: float = number('m', minimum=0, maximum=0.1, default=0.0005)
+    elevation_deg: float = number('degrees', minimum=0, maximum=90, default=0.1)
+    azimuth_deg: float = number('degrees', minimum=0, maximum=90, default=0.125)
     speed: float = number('m/s', minimum=0, default=0.075)
-    balls: float = number('m', minimum=0, default=0.0)
+    balls: float = number('m', minimum=0, maximum=0.1, default=0.0)
 
     def __post_init__(self) -> None:
         check(self)

@@ -90,8 +90,8 @@ class Cushion:
     height : float
         Height of the nose above the cloth, in ball diameters, 0.5 to 0.95. 0.635: WPA.
     depth : float
-        Depth of the cushions from the nose outwards [m], above 0; the facings of pockets are as
-        long. 2 in: WPA.
+        Depth of the cushions from the nose outwards [m], above 0 and at most 1; the facings of
+        pockets are as long. 2 in: WPA.
     duration : float
         Duration of the contact of a ball that meets the cushion straight [s], at most 20 ms, at
         least ten times that of two balls. Meanwhile the ball moves along the cushion, and if it
@@ -118,7 +118,7 @@ class Cushion:
     friction: float = number('', minimum=0, derived=lambda cushion: CUSHIONS[cushion.model][1])
     fading: float = number('s/m', minimum=0, derived=lambda cushion: CUSHIONS[cushion.model][2])
     height: float = number('ball diameters', minimum=0.5, maximum=0.95, default=0.635)
-    depth: float = number('m', above=0, default=0.0508)
+    depth: float = number('m', above=0, maximum=1, default=0.0508)
     duration: float = number('s', minimum=0, maximum=0.02, default=5e-3)
     stiffness: float = number('any unit', above=0, default=0.1)
     frequency_ratio: float = number('', minimum=0, maximum=3, default=0.0)
@@ -134,15 +134,17 @@ class Pocket:
     Parameters
     ----------
     mouth : float
-        Distance between the two points where the lines of noses and facings meet [m], above 0.
+        Distance between the two points where the lines of noses and facings meet [m], above 0 and
+        at most 1.
     cut_deg : float
         Angle between a nose and the adjacent facing [degrees], above 90 and below 180.
     jaw_radius : float
-        Radius of the rounded corner between the two [m], above 0.
+        Radius of the rounded corner between the two [m], above 0 and at most 1.
     shelf : float
-        From the middle of the mouth to the edge of the hole [m], at least 0.
+        From the middle of the mouth to the edge of the hole [m], 0 to 1.
     radius : float
-        Radius of the hole [m], above 0. A ball falls when its centre is beyond the edge.
+        Radius of the hole [m], above 0 and at most 1. A ball falls when its centre is beyond the
+        edge.
 
     """
 
@@ -161,22 +163,22 @@ class Pocket:
 class CornerPocket(Pocket):
     """Pocket in a corner: WPA sizes; radii of jaw and hole as on common tables. See `Pocket`."""
 
-    mouth: float = number('m', above=0, default=0.116)  # 4.5 to 4.625 in
+    mouth: float = number('m', above=0, maximum=1, default=0.116)  # 4.5 to 4.625 in
     cut_deg: float = number('degrees', above=90, maximum=179, default=142.0)
-    jaw_radius: float = number('m', above=0, default=0.021)
-    shelf: float = number('m', minimum=0, default=0.038)  # 1 to 2.25 in
-    radius: float = number('m', above=0, default=0.062)
+    jaw_radius: float = number('m', above=0, maximum=1, default=0.021)
+    shelf: float = number('m', minimum=0, maximum=1, default=0.038)  # 1 to 2.25 in
+    radius: float = number('m', above=0, maximum=1, default=0.062)
 
 
 @dataclass(frozen=True, slots=True)
 class SidePocket(Pocket):
     """Pocket in the middle of a long side: as `CornerPocket`."""
 
-    mouth: float = number('m', above=0, default=0.129)  # 5 to 5.125 in
+    mouth: float = number('m', above=0, maximum=1, default=0.129)  # 5 to 5.125 in
     cut_deg: float = number('degrees', above=90, maximum=179, default=104.0)
-    jaw_radius: float = number('m', above=0, default=0.008)
-    shelf: float = number('m', minimum=0, default=0.005)  # 0 to 0.375 in
-    radius: float = number('m', above=0, default=0.0645)
+    jaw_radius: float = number('m', above=0, maximum=1, default=0.008)
+    shelf: float = number('m', minimum=0, maximum=1, default=0.005)  # 0 to 0.375 in
+    radius: float = number('m', above=0, maximum=1, default=0.0645)
 
 
 def _too_small_for_pockets(table: Any) -> Iterator[Mistake]:
@@ -235,7 +237,7 @@ class Table:
     Parameters
     ----------
     length, width : float
-        From nose to nose [m], above 0. 2.54 x 1.27: nine feet (WPA).
+        From nose to nose [m], above 0 and at most 20. 2.54 x 1.27: nine feet (WPA).
     pockets : bool
         False for a carom table.
     cushion : Cushion
@@ -244,8 +246,8 @@ class Table:
     """
 
     RULES: ClassVar = (_too_small_for_pockets,)
-    length: float = number('m', above=0, default=2.54)
-    width: float = number('m', above=0, default=1.27)
+    length: float = number('m', above=0, maximum=20, default=2.54)
+    width: float = number('m', above=0, maximum=20, default=1.27)
     pockets: bool = boolean(default=True)
     cushion: Cushion = section(Cushion, optional=True)
     corner: CornerPocket = section(CornerPocket, optional=True)

@@ -92,6 +92,11 @@ def _coefficients() -> Iterator[Family]:
     )
 
 
+def _masses(ratio: float) -> tuple[float, float]:
+    """Masses of cue and ball [kg] in a ratio; the heavier one has the mass of the paper's ball."""
+    return PAPER_BALL_MASS * min(ratio, 1.0), PAPER_BALL_MASS / max(ratio, 1.0)
+
+
 def _ratios() -> Iterator[Family]:
     members: dict[str, Collision] = {}
     for power in (-8, -4, 4, 8):
@@ -110,12 +115,8 @@ def _ratios() -> Iterator[Family]:
     for power in (-6, -3, 3, 6):
         mass = 10.0**power
         members[f'1e{power}, stacked'] = stacked(masses=(mass, 1.0))
-        members[f'1e{power}, slanted'] = strike(
-            *SLANTED, masses=(mass * PAPER_BALL_MASS, PAPER_BALL_MASS)
-        )
-        members[f'1e{power}, masse'] = strike(
-            *MASSE_STROKE, masses=(mass * PAPER_BALL_MASS, PAPER_BALL_MASS)
-        )
+        members[f'1e{power}, slanted'] = strike(*SLANTED, masses=_masses(mass))
+        members[f'1e{power}, masse'] = strike(*MASSE_STROKE, masses=_masses(mass))
     yield Family(
         'mass ratio',
         'a light body hits a heavy one hundreds of times; velocities cancel to the last digit',
@@ -254,7 +255,7 @@ def _sequences() -> Iterator[Family]:
     members: dict[str, Collision] = {}
     n, c = (0.2, 0.1, 1.0), (0.3, 0.0, -1.0)
     for ratio in (1e2, 1e3, 1e4):
-        masses = ratio * PAPER_BALL_MASS, PAPER_BALL_MASS
+        masses = _masses(ratio)
         members[f'cue {ratio:g} times the ball'] = strike(n, c, masses=masses)
         members[f'cue {ratio:g} times the ball, e = .9'] = strike(
             n, c, masses=masses, restitution=(0.9, 0.9)

@@ -1,6 +1,6 @@
 """Let a ball fall onto a second ball, which lies on a table."""
 
-from billiard_shot.impact import Body, collide, Contact
+from billiard_shot import Body, collide, Contact
 
 result = collide(
     [Body(mass=1.0, velocity=(0, 0, -3)), Body(mass=1.0), Body.fixed()],

@@ -1,16 +1,19 @@
 """The data behind the pictures, against the values that the paper and its notes state."""
 
+from importlib import import_module
+import inspect
 from itertools import pairwise
 import json
 import math
 from pathlib import Path
+import pkgutil
 import re
 import sys
 
 import numpy as np
 import pytest
 
-from billiard_shot import predict, Scene, Stroke
+from billiard_shot import pictures, predict, Scene, Stroke
 from billiard_shot.cli import main
 from billiard_shot.pictures.collision import collision_figure, draw_collision
 from billiard_shot.pictures.figures import around, combination, english, FIGURES, jump, masse
@@ -108,7 +111,7 @@ def texts_of(path):
 def test_losses_in_the_legend_add_up_to_the_loss_in_the_title(law, tmp_path):
     balls = TwoBalls(law=law)
     path = tmp_path / 'balls.svg'
-    draw_two_balls(path, balls)
+    draw_two_balls(balls, path)
     texts = texts_of(path)
     kinetic = balls.kinetic_energy(normal_impulses(balls.trace())[[0, -1]])
     (title,) = (float(each[1]) for text in texts if (each := LOST.search(text)))
@@ -354,7 +357,23 @@ def test_a_collision_of_ones_own(tmp_path):
         assert line.get_ydata()[-1] == pytest.approx(result.impulses[j, 2], rel=1e-6)
     lost = [float(line.get_label().split()[1]) for line in energies.get_lines()]
     assert lost == pytest.approx(result.dissipated[:, 0], rel=5e-3)
-    draw_collision(collision.bodies, collision.contacts, tmp_path / 'x.png', 'energetic')
+    draw_collision(collision.bodies, collision.contacts, tmp_path / 'x.png', law='energetic')
     assert (tmp_path / 'x.png').stat().st_size > 1000
     with pytest.raises(ValueError, match='one must approach'):
         draw_collision(collision.bodies[1:], [], tmp_path / 'y.png')
+
+
+def test_draw_functions_take_what_they_draw_then_the_path_then_the_title():
+    found = 0
+    for module in pkgutil.iter_modules(pictures.__path__, f'{pictures.__name__}.'):
+        for name, function in vars(import_module(module.name)).items():
+            if not name.startswith('draw_') or function.__module__ != module.name:
+                continue
+            arguments = inspect.signature(function).parameters.values()
+            names = [each.name for each in arguments if each.kind is not each.KEYWORD_ONLY]
+            if 'path' in names:
+                found += 1
+                place = names.index('path')
+                assert names[place + 1 :] in ([], ['title'], ['about']), name
+                assert not {'title', 'about'} & {*names[:place]}, name
+    assert found > 10

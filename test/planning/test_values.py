@@ -107,5 +107,5 @@ def test_bad_targets_are_refused(target, named):
 
 
 def test_a_safety_has_no_place():
-    with pytest.raises(ValueError, match='place needs a target that pots a ball or breaks'):
+    with pytest.raises(ValueError, match='place needs the target pot or break, got the target '):
         plan(POCKET_8, {'safe': '8'}, budget=10, place='kitchen')

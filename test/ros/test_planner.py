@@ -245,7 +245,7 @@ def test_a_plan_that_fails_aborts_with_its_reason(asking):
         ({'target': POT, **limited(elevation_max=-math.pi / 2)}, 'limits.elevation_max must be '),
         (
             {'target': POT, 'noise': [StrokeNoise(a=-1.0)]},
-            'noise.a must be a finite number at least 0, got -1',
+            'noise.a must be a finite number at least 0 and at most 0.1, got -1',
         ),
         ({'target': POT, 'first_contact': ['5']}, 'first_contact must be one of '),
         (

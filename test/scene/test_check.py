@@ -66,7 +66,8 @@ def test_all_mistakes_with_their_lines(bad):
     assert found == sorted([*((line, key) for key, line in LINES.items()), (18, 'balls.8')])
     text = str(caught.value)
     assert text.startswith(
-        f'scene {bad}: 11 mistakes\n  line 2: ball.mass must be a finite number above 0, got -0.17'
+        f'scene {bad}: 11 mistakes\n'
+        '  line 2: ball.mass must be a finite number above 0 and at most 2, got -0.17'
     )
     assert 'the nearest key is radius' in text
     assert 'line 7: cue.mass is there twice, first in line 6' in text
@@ -152,7 +153,7 @@ def test_derived_values_follow_across_sections(duplicate):
     assert moved.cloth == Cloth(0.3, gravity=1.6)
 
 
-@given(st.floats(1e-3, 1e3), st.floats(1e-3, 1.0), st.floats(1e-3, 1e3))
+@given(st.floats(1e-3, 2.0), st.floats(1e-3, 0.5), st.floats(1e-3, 2.0))
 def test_a_replaced_ball_is_a_new_ball(mass, radius, other):
     assert dataclasses.replace(Ball(mass, radius), mass=other) == Ball(other, radius)
 
@@ -187,8 +188,8 @@ def test_bundled_scenes_say_what_they_are(capsys):
 @pytest.mark.parametrize(
     ('text', 'line'),
     [
-        ('ball: &b {mass: -1, radius: 1}\ncue: *b', 1),
-        ('ball: {mass: 1, radius: 1}\ncue:\n  <<: {mass: -2}\n', 2),
+        ('ball: &b {mass: -1, radius: 0.1}\ncue: *b', 1),
+        ('ball: {mass: 1, radius: 0.1}\ncue:\n  <<: {mass: -2}\n', 2),
         ('? [1]\n: 2\n', 1),
         ('ball: &x [*x]\n', 1),
     ],
@@ -270,4 +271,14 @@ def test_numbers_and_names_are_those_of_yaml_1_2(tmp_path):
         Scene.load(path)
     path.write_text('like: pool\nball: {mass: !!float abc}')
     with pytest.raises(ValueError, match=r'scene\.yaml: .*abc'):
+        Scene.load(path)
+
+
+@pytest.mark.parametrize(
+    ('text', 'where'), [('', r'empty\.yaml'), ('like: pool\ncue:\n', r'line 2: cue')]
+)
+def test_what_is_empty_is_called_empty(tmp_path, text, where):
+    path = tmp_path / 'empty.yaml'
+    path.write_text(text)
+    with pytest.raises(ValueError, match=rf'{where} must be a mapping, got None; it is empty$'):
         Scene.load(path)

@@ -1,11 +1,13 @@
 import dataclasses
 import math
 import pickle
+import re
 
 import pytest
 
 from billiard_shot.scene import Ball, Cloth, ContactParameters, Cue, Effects, Scene
 from billiard_shot.scene.bundled import scene_names
+from billiard_shot.scene.errors import InputError
 
 SHORTEST = """
 ball:     {mass: 0.1673, radius: 0.0286}
@@ -103,6 +105,39 @@ def test_wrong_value_is_named_with_its_range(data, section, key, value, allowed)
 
 
 @pytest.mark.parametrize(
+    ('section', 'values', 'mistakes'),
+    [
+        ('ball', {'mass': 170}, {'mass': '170 g are 0.17 kg'}),
+        ('ball', {'mass': 6}, {'mass': '6 g are 0.006 kg'}),
+        ('ball', {'radius': 28.575}, {'radius': '28.575 mm are 0.028575 m'}),
+        ('cue', {'mass': 540}, {'mass': '540 g are 0.54 kg'}),
+        (
+            'cue',
+            {'length': 1470, 'ferrule_radius': 6.5, 'tip_curvature_radius': 10.6},
+            dict.fromkeys(('ferrule_radius', 'length', 'tip_curvature_radius'), ' mm are '),
+        ),
+        (
+            'table',
+            {'length': 2540, 'width': 1270, 'corner': {'mouth': 116, 'radius': 62}},
+            dict.fromkeys(('length', 'width', 'corner.mouth', 'corner.radius'), ' mm are '),
+        ),
+        ('table', {'cushion': {'duration': 5}}, {'cushion.duration': '5 ms are 0.005 s'}),
+        ('noise', {'a': 0.5, 'balls': 1}, {'a': '0.5 mm are 0.0005 m', 'balls': '1 mm are 0.001'}),
+        ('ball', {'mass': 1e9}, {'mass': r'at most 2, got 1000000000\.0 \(kg\)$'}),
+    ],
+)
+def test_values_in_grams_and_millimetres_are_refused_where_they_stand(
+    data, section, values, mistakes
+):
+    with pytest.raises(InputError) as caught:
+        Scene.from_dict(data | {section: data.get(section, {}) | values})
+    found = {'.'.join(mistake.path[1:]): mistake.text for mistake in caught.value.mistakes}
+    assert found.keys() == mistakes.keys()
+    for field, text in mistakes.items():
+        assert re.search(text, found[field])
+
+
+@pytest.mark.parametrize(
     ('key', 'value', 'allowed'),
     [
         ('restitution', 1.1, 'at least 0 and at most 1'),
@@ -148,7 +183,9 @@ def test_all_mistakes_together():
     assert lines[1] == (
         '  ball.radus is unknown; the nearest key is radius (of mass, radius, inertia)'
     )
-    assert lines[2].startswith('  ball.mass must be a finite number above 0, got -1 (kg)')
+    assert lines[2].startswith(
+        '  ball.mass must be a finite number above 0 and at most 2, got -1 (kg)'
+    )
     assert lines[3:] == ['  ball.radius is missing', '  contacts is missing']
 
 

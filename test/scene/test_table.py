@@ -48,7 +48,7 @@ def test_carom_table(data):
 @pytest.mark.parametrize(
     ('table', 'mistake'),
     [
-        ({'length': 0}, r'table\.length must .* above 0, got 0 \(m\)'),
+        ({'length': 0}, r'table\.length must .* above 0 and at most 20, got 0 \(m\)'),
         ({'lenght': 2}, r'table\.lenght is unknown; the nearest key is length'),
         ({'corner': {'cut_deg': 90}}, r'table\.corner\.cut_deg must .*above 90.*, got 90'),
         (
@@ -65,5 +65,5 @@ def test_mistakes_are_named(data, table, mistake):
 
 def test_pockets_need_room_only_where_there_are_any():
     assert Table(width=0.17, pockets=False).width == 0.17
-    with pytest.raises(ValueError, match='width'):
+    with pytest.raises(ValueError, match='width must be above'):
         Table(corner=CornerPocket(mouth=1.0))

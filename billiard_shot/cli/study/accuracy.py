@@ -94,7 +94,7 @@ def run(options: argparse.Namespace) -> int:
         from billiard_shot.pictures.accuracy import draw_accuracy
 
         title = '; '.join([*findings[:1], about])
-        draw_accuracy(curves, title[0].upper() + title[1:], options.picture)
+        draw_accuracy(curves, options.picture, title[0].upper() + title[1:])
     return 0
 
 

@@ -76,7 +76,7 @@ def run(options: argparse.Namespace) -> int:
         print_rows(MANY, [_of_many(study) for study in studies], options)
     print_footer(COLUMNS_MEAN if single else f'{COLUMNS_MEAN} {OF_MANY}', options)
     if options.picture:
-        draw_effects(studies, about, options.picture)
+        draw_effects(studies, options.picture, about)
     return 0
 
 

@@ -128,8 +128,8 @@ def run(options: argparse.Namespace) -> int:
                 sweeps,
                 distances,
                 discontinuities,
-                f'stroke {name}, scene {about}',
                 options.picture,
+                f'stroke {name}, scene {about}',
             )
     return 0
 
