@@ -22,6 +22,7 @@ from billiard_shot.cli.exit_codes import DONE, EXIT_CODES, FAILED, INTERRUPTED
 from billiard_shot.cli.predict import OFFSETS
 from billiard_shot.cli.progress import estimate_without_machine_code
 from billiard_shot.cli.text_table import Column, print_rows
+from billiard_shot.game.tournament import play
 
 PAPER = Path(__file__).parents[1] / 'config' / 'strokes' / 'paper.yaml'
 
@@ -514,6 +515,19 @@ def test_ctrl_c_ends_a_search_with_its_best_stroke(tmp_path, capsys, monkeypatch
     assert out.startswith('CANCELLED: cancelled after ')
     assert 'strokes simulated' in out.splitlines()[-1]
     assert page.stat().st_size
+
+
+def test_ctrl_c_ends_a_tournament_with_its_racks_so_far(capsys, monkeypatch):
+    def stop_after_a_rack(pairing, *_):
+        yield play(pairing, 0)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr('billiard_shot.cli.tournament.play_racks', stop_after_a_rack)
+    words = 'tournament practice --balls 1 --players random --racks 5 --workers 1'.split()  # noqa: SIM905
+    assert main(words) == INTERRUPTED
+    out, err = capsys.readouterr()
+    assert out.startswith('1 racks, ')
+    assert err.endswith('interrupted: 1 of 5 racks are played\n')
 
 
 def interrupted(words):

@@ -8,6 +8,7 @@ import sys
 from typing import Any
 
 from billiard_shot import Scene
+from billiard_shot.cli.exit_codes import DONE, INTERRUPTED
 from billiard_shot.cli.progress import progress, wait_for_machine_code
 from billiard_shot.cli.workers import add_work_arguments, working
 from billiard_shot.game.game import find_game, game_names
@@ -73,7 +74,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Play and print; ValueError for an invalid request."""
+    """Play and print; after Ctrl+C, the racks so far. ValueError for an invalid request."""
     find_own_modules()
     count = options.racks if options.racks is not None else QUICK if options.quick else RACKS
     count = whole('--racks', count, 1)
@@ -84,15 +85,22 @@ def run(options: argparse.Namespace) -> int:
     racks = _known(options.output, pairing, count)
     numbers = [number for number in range(count) if number not in racks]
     wait_for_machine_code()
-    with working(options.workers, options.dask) as executor:
-        for rack in progress(play_racks(pairing, numbers, executor), 'racks', len(numbers)):
-            racks[rack.number] = rack
-            if options.output:
-                with options.output.open('a', encoding='utf-8') as file:
-                    file.write(json.dumps(rack.to_dict(), allow_nan=False) + '\n')
+    code = DONE
+    try:
+        with working(options.workers, options.dask) as executor:
+            for rack in progress(play_racks(pairing, numbers, executor), 'racks', len(numbers)):
+                racks[rack.number] = rack
+                if options.output:
+                    with options.output.open('a', encoding='utf-8') as file:
+                        file.write(json.dumps(rack.to_dict(), allow_nan=False) + '\n')
+    except KeyboardInterrupt:
+        if not racks:
+            raise
+        print(f'interrupted: {len(racks)} of {count} racks are played', file=sys.stderr)
+        code = INTERRUPTED
     result = summary(players, [racks[number] for number in sorted(racks)])
     print(json.dumps(result) if options.json else _as_text(result))
-    return 0
+    return code
 
 
 def _known(path: Path | None, pairing: Pairing, count: int) -> dict[int, RackRecord]:

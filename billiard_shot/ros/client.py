@@ -37,9 +37,7 @@ SAFETY_INPUTS = {'estop': False, 'interlock': True}  # topics, and values that a
 VALIDITY = 60.0  # s within which a shot must be fired, if the caller does not say
 START_UP = 120.0  # s to wait for a node, which may have to compile the library first
 DISCOVERY = 1.0  # s to discover other publishers before the safety inputs are simulated
-UNKNOWN_NODE = (
-    '_NODE_NAME_UNKNOWN_'  # name of a node of which the middleware knows only a publisher
-)
+UNKNOWN_NODE = '_NODE_NAME_UNKNOWN_'  # of which the middleware knows only a publisher
 LOOK_PERIOD = 0.05  # s after which the client looks again for what it waits for
 QUIET_WAIT = 2.0  # s after which the client logs what it waits for, and why
 REMINDER = 8.0  # s after which it logs that again
