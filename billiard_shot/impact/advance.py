@@ -12,7 +12,17 @@ from billiard_shot.impact.state import (
     SLIP_ONSET,
     slips,
 )
-from billiard_shot.numerics.polynomial import evaluate, integral
+from billiard_shot.numerics.polynomial import evaluate
+from billiard_shot.records import Vector
+
+
+@inner
+def integral(c: Vector, order: int, x: float) -> float:
+    """Integral from 0 to x of a polynomial with `order` coefficients."""
+    total = 0.0
+    for k in range(order - 1, -1, -1):
+        total = total * x + c[k] / (k + 1)
+    return total * x
 
 
 @inner

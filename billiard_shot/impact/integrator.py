@@ -105,8 +105,8 @@ def integrate(
         if is_over(contacts):
             return True
         if p.time >= p.next_turn * (1.0 - METHOD_OPTIONS.time_rounding):
-            p.modes_changed = turn_normals(m, contacts, ws) or p.modes_changed
-            p.next_turn = p.time + m.interval
+            turn_normals(m, contacts, ws)
+            p.next_turn, p.modes_changed = p.time + m.interval, True
         p.scale = min(next_scale(p, step), METHOD_OPTIONS.max_step)
         if (
             p.events > METHOD_OPTIONS.tail_after
@@ -275,16 +275,12 @@ def take_step(
                 break
         advance(m, contacts, step.scale, step.order, event.x)
         if m.moves:
-            advance_motion(m.bodies, contacts, ws, step.scale, step.order, event.x)
+            advance_motion(m.bodies, contacts, ws, step.order, event.x)
         p.time += step.scale * event.x
-        is_slow = (
-            m.interval < inf and p.steps_since_event > METHOD_OPTIONS.slow_steps and not m.planar
-        )
-        length = max(step.scale, METHOD_OPTIONS.outlook) if is_slow else step.scale
         for j in range(len(contacts)):
             c = contacts[j]
-            if c.friction_mode == CREEP or (is_slow and c.friction_mode == SLIP):
-                c.friction_mode = CREEP if creeps(m, ws, c, j, length) else SLIP
+            if c.friction_mode == CREEP and not creeps(m, ws, c, j, step.scale):
+                c.friction_mode = SLIP
             if slips(c) and not m.planar and slip_speed(c) <= zero_slip(m, p):
                 p.modes_changed = True
     for j in range(len(contacts)):

@@ -1,10 +1,10 @@
 """
 Bodies that move while they collide: balls, the tips of cues, and fixed planes and edges.
 
-While an open contact may close, positions, velocities and spins are polynomials, like the forces.
-They give the distance of its bodies. It closes at the distance at which it last ended. An open
-contact has no rows in W. When it closes, it gets its normal and its rows. Its force is zero then,
-so its law keeps the energy balance.
+Positions, velocities and spins are polynomials, like the forces. They give the distance of the
+bodies of an open contact, which closes at the distance at which it last ended. An open contact has
+no rows in W. When it closes, it gets its normal and its rows. Its force is zero then, so its law
+keeps the energy balance.
 
 A pressed contact takes its normal anew after each `Model.interval`, except if its `keeps_normal`
 is set. The velocities of the bodies and the compression of the spring do not change then, so
@@ -38,7 +38,7 @@ from billiard_shot.impact.state import (
 )
 from billiard_shot.numerics import rounding
 from billiard_shot.numerics.frames import contact_axes
-from billiard_shot.numerics.polynomial import double_integral, integral
+from billiard_shot.numerics.polynomial import evaluate
 from billiard_shot.numerics.vectors import dot
 from billiard_shot.records import Floats, Vector
 
@@ -255,17 +255,16 @@ def expand_motion(
     order: int,
     length: float,
 ) -> None:
-    """Fill the polynomials of bodies and open contacts for x up to a length, if any may close."""
-    motion, impulses, needed = ws.motion, ws.vector[0], False
-    for j in range(len(contacts)):
-        needed = needed or (contacts[j].normal_mode == INACTIVE and contacts[j].hold != GONE)
-    if not needed:
-        return
-    for k in range(1, order + 1):
-        clear_change(ws, count, k)
+    """Fill the polynomials of bodies, and those of the open contacts, for x up to a length."""
+    motion, impulses = ws.motion, ws.vector[0]
+    for b in range(count):
+        if ws.bodies[b].response > 0.0:
+            for row in range(VELOCITY_ROWS, 9):
+                for k in range(1, order + 1):
+                    motion[b][row][k] = 0.0
     for j in range(len(contacts)):
         c = contacts[j]
-        if is_active(c):
+        if c.normal_mode != INACTIVE:
             rubs = resists(c)
             for k in range(order):
                 factor = scale / (k + 1)
@@ -320,42 +319,15 @@ def expand_distance(
 
 
 @inner
-def clear_change(ws: Workspace, count: int, at: int) -> None:
-    """Clear coefficient `at` of the velocities and spins of bodies."""
-    for b in range(count):
-        if ws.bodies[b].response > 0.0:
-            for row in range(VELOCITY_ROWS, 9):
-                ws.motion[b][row][at] = 0.0
-
-
-@inner
 def advance_motion(
-    count: int, contacts: list[ContactState], ws: Workspace, scale: float, order: int, x: float
+    count: int, contacts: list[ContactState], ws: Workspace, order: int, x: float
 ) -> None:
-    """Move bodies by the forces of a step until x, and update the open contacts."""
-    impulses, time = ws.vector[0], scale * x
-    clear_change(ws, count, 1)  # becomes the ways that the forces add
-    for j in range(len(contacts)):
-        c = contacts[j]
-        if is_active(c):
-            rub = scale * scale if resists(c) else 0.0
-            impulses[0] = scale * scale * double_integral(c.force, order, x)
-            impulses[1] = rub * double_integral(c.friction_1, order, x)
-            impulses[2] = rub * double_integral(c.friction_2, order, x)
-            push_bodies(ws, c, impulses, 1)
+    """Move bodies to x on their polynomials, and update the open contacts."""
     for b in range(count):
         if ws.bodies[b].response > 0.0:
-            for k in range(3):
-                v = ws.motion[b][VELOCITY_ROWS + k]
-                ws.motion[b][PLACE_ROWS + k][0] += time * v[0] + v[1]
-    for j in range(len(contacts)):
-        c = contacts[j]
-        if is_active(c):
-            rub = scale if resists(c) else 0.0
-            impulses[0] = scale * integral(c.force, order, x)
-            impulses[1] = rub * integral(c.friction_1, order, x)
-            impulses[2] = rub * integral(c.friction_2, order, x)
-            push_bodies(ws, c, impulses, 0)
+            for row in range(9):
+                series = ws.motion[b][row]
+                series[0] = evaluate(series, order, x)
     for j in range(len(contacts)):
         if contacts[j].normal_mode == INACTIVE:
             measure(contacts[j], ws)

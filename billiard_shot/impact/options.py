@@ -72,10 +72,6 @@ class Options(NamedTuple):
     creeping_share : float
         A slip is stiff, and needs implicit steps, if it is below this fraction of the change that
         friction can cause within the step.
-    slow_steps, outlook : int, float
-        If normals move: after so many steps without an event a slip is stiff, too, if it were in
-        a step of this length. A new normal can leave a slip that explicit steps would follow in
-        thousands of steps.
     implicit_cost : int
         An implicit step with n stiff contacts counts as 1 + `implicit_cost` n^2 steps.
     implicit_factor : float
@@ -167,8 +163,6 @@ class Options(NamedTuple):
     planar_slip: float = 0.1
 
     creeping_share: float = 0.1
-    slow_steps: int = 16
-    outlook: float = 1e-3
     implicit_cost: int = 4
     implicit_factor: float = 0.1
     min_implicit_tolerance: float = 1e-15

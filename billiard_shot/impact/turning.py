@@ -18,19 +18,14 @@ from billiard_shot.impact.state import (
     slip_speed,
     slips,
     sticks,
-    stop_slip,
     Workspace,
 )
 from billiard_shot.impact.taylor import fill_stick_forces
 
 
 @inner
-def turn_normals(m: Model, contacts: list[ContactState], ws: Workspace) -> bool:
-    """
-    Take the normals of all pressed contacts anew that do not keep them.
-
-    Returns whether a contact that stuck slips now, so that friction modes must be assigned again.
-    """
+def turn_normals(m: Model, contacts: list[ContactState], ws: Workspace) -> None:
+    """Take the normals of all pressed contacts anew that do not keep them."""
     for j in range(len(contacts)):
         if is_active(contacts[j]) and not contacts[j].keeps_normal:
             take_normal(m.planar, contacts, ws, j, 0.5 * m.interval)
@@ -38,23 +33,18 @@ def turn_normals(m: Model, contacts: list[ContactState], ws: Workspace) -> bool:
     for j in range(len(contacts)):
         if is_active(contacts[j]) and sticks(contacts[j]):
             count += 2
-    eliminate_sticking(contacts, ws)
-    if count == 0:
-        return False
-    find_stopping_impulses(contacts, ws, count)
-    if not have_room(m, contacts, ws):
-        return True
-    stop_slips(m, contacts, ws)
-    return False
+    if count > 0:
+        find_stopping_impulses(m, contacts, ws, count)
+        if have_room(m, contacts, ws):
+            stop_slips(m, contacts, ws)
 
 
 @inner
-def find_stopping_impulses(contacts: list[ContactState], ws: Workspace, count: int) -> None:
-    """
-    Write the impulses (3 N,) that stop all slip of sticking contacts into a scratch vector.
-
-    `eliminate_sticking` left the inverse of the sticking part of W.
-    """
+def find_stopping_impulses(
+    m: Model, contacts: list[ContactState], ws: Workspace, count: int
+) -> None:
+    """Write the impulses (3 N,) that stop all slip of sticking contacts into a scratch vector."""
+    eliminate_sticking(contacts, ws)  # leaves the inverse of the sticking part of W
     stuck, inverse, impulses = ws.indices, ws.matrix[1], ws.vector[0]
     for a in range(count):
         impulses[stuck[a]] = 0.0
@@ -66,7 +56,7 @@ def find_stopping_impulses(contacts: list[ContactState], ws: Workspace, count: i
 
 @inner
 def have_room(m: Model, contacts: list[ContactState], ws: Workspace) -> bool:
-    """Whether each sticking contact has room for its friction, with its impulse and without."""
+    """Whether the friction of each sticking contact can have its impulse in one interval."""
     impulses = ws.vector[0]
     for j in range(len(contacts)):
         c = contacts[j]
@@ -80,10 +70,10 @@ def have_room(m: Model, contacts: list[ContactState], ws: Workspace) -> bool:
     for j in range(len(contacts)):
         c = contacts[j]
         if is_active(c) and sticks(c):
-            x, y = c.friction_1[0], c.friction_2[0]
-            u, v = impulses[3 * j + 1] / m.interval, impulses[3 * j + 2] / m.interval
+            x = c.friction_1[0] + impulses[3 * j + 1] / m.interval
+            y = c.friction_2[0] + impulses[3 * j + 2] / m.interval
             rim = c.friction * c.force[0]
-            if max(x * x + y * y, (x + u) * (x + u) + (y + v) * (y + v)) > rim * rim:
+            if x * x + y * y > rim * rim:
                 return False
     return True
 
@@ -104,9 +94,7 @@ def stop_slips(m: Model, contacts: list[ContactState], ws: Workspace) -> None:
         c = contacts[j]
         if is_active(c):
             c.velocity[0], c.slip_1[0], c.slip_2[0] = velocity_of(c, ws)
-            if sticks(c):
-                stop_slip(c)
-            elif m.planar:
+            if m.planar:
                 c.slip_2[0] = 0.0
         else:
             measure(c, ws)

@@ -21,24 +21,6 @@ def evaluate(c: Vector, degree: int, x: float) -> float:
 
 
 @inner
-def integral(c: Vector, order: int, x: float) -> float:
-    """Integral from 0 to x of a polynomial with `order` coefficients."""
-    total = 0.0
-    for k in range(order - 1, -1, -1):
-        total = total * x + c[k] / (k + 1)
-    return total * x
-
-
-@inner
-def double_integral(c: Vector, order: int, x: float) -> float:
-    """Integral from 0 to x of the integral from 0 of a polynomial with `order` coefficients."""
-    total = 0.0
-    for k in range(order - 1, -1, -1):
-        total = total * x + c[k] / ((k + 1) * (k + 2))
-    return total * x * x
-
-
-@inner
 def sign_changes(c: Vector, degree: int, low: float, high: float, work: Floats) -> int:
     """
     Count the sign changes of the polynomial's Bernstein coefficients on [low, high].

@@ -14,7 +14,7 @@ from billiard_shot.table.model import ball_cloth_params
 from billiard_shot.table.params import BallClothParams, TableParams
 
 REACH = 0.03  # m: farther than a ball goes while the tip of a cue at 10 m/s touches it
-NORMALS = 8  # that a contact has in TIP_DURATION; see docs/limits.md
+NORMALS = 16  # that a contact has in TIP_DURATION
 
 
 class StrikeModel(NamedTuple):

@@ -1,14 +1,13 @@
 """
 The strike with which the run of a table begins: the impact of cue, ball 0, cloth, and others.
 
-The tip presses the ball for about a millisecond. Meanwhile both move. The ball may reach other
-balls or a cushion, or meet the tip or the cloth more than once. So the strike is an impact of
-moving bodies (gather.py), with the distances and normals of each moment.
+The tip presses the ball for about a millisecond. Meanwhile the ball may reach other balls or a
+cushion, or meet the tip or the cloth more than once. Then it is an impact of moving bodies
+(gather.py), with the distances and normals of each moment. Else the normals are those of the first
+touch, as in the paper.
 
 Under other laws than `bistiffness` bodies stay in place: only this law defines how contacts close
-again. All contacts then take part that touch at first, the tip meets the ball once, and normals
-are those of the first touch, as in the paper. If the cue does not follow, and the ball reaches no
-others, normals stay under `bistiffness` too.
+again. All contacts then take part that touch at first, and the tip meets the ball once.
 
 In the record a strike takes no time: the run begins at its end.
 """
@@ -62,38 +61,37 @@ def strike(
     """
     Let the cue of a table strike ball 0; `solver`: the function `solve_collisions`.
 
-    If others are near, they take part at first. If the ball does not reach them, it is alone.
+    If others are near, bodies move at first; if the ball does not reach them, or nothing is near,
+    normals stay; and if tip or cloth meet the ball again, bodies move after all.
     """
     p, q, cue = s.progress, table.cue, cues[number]
-    moving, reach, tolerance = cue.others, q.neighbour_reach, CUE_IMPACT_TOLERANCE
+    near = cue.others
+    tolerance = CUE_IMPACT_TOLERANCE if near else min(cue.tolerance, CUE_IMPACT_TOLERANCE)
+    defer_to_cluster(s, 0.0, 0, THE_CUE, q.neighbour_reach)
+    moving = near or not q.steady
     if moving:
-        solve_moving(table, s, cues, number, room, reach, tolerance=tolerance, solver=solver)
-    cue.others = moving and reaches_others(p, room)
-    if not cue.others:
-        moving = q.moves and q.follow_through > 0.0
+        solve_near(table, s, cues, number, room, tolerance, solver=solver)
+    if q.steady and not (moving and reaches_others(p, room)):
+        solve_steady(table, p, cue, room, solver)
+        moving = q.follow_through > 0.0 and q.moves and repeats(room)
         if moving:
-            reach, tolerance = -table.params.radius, cue.tolerance
-            solve_moving(table, s, cues, number, room, reach, tolerance=tolerance, solver=solver)
-        else:
-            defer_to_cluster(s, 0.0, 0, THE_CUE, 0.0)
-            solve_steady(table, p, cue, room, solver)
+            solve_near(table, s, cues, number, room, tolerance, solver=solver)
+    cue.others = reaches_others(p, room)
     end_strike(table, s, cue, room, moving)
     p.pending = p.strikes = cue.strikes = False
 
 
 @inner
-def solve_moving(
+def solve_near(
     table: TableModel,
     s: Simulation,
     cues: list[CueRecord],
     number: int,
     room: ImpactRoom,
-    reach: float,
     tolerance: float,
     solver: Any,
 ) -> None:
-    """Solve a strike as an impact of all bodies within reach [m]."""
-    defer_to_cluster(s, 0.0, 0, THE_CUE, reach)
+    """Solve a strike as an impact of all bodies that are near."""
     gather(table, s, cues, number, room)
     s.progress.tolerance = tolerance
     solve_bodies(table.params, s.progress, room, table.cue.moves, table.cue.interval, solver)
@@ -121,6 +119,13 @@ def solve_steady(
     room.members[0] = 0
     p.members, p.bodies, p.contacts, p.tolerance = 1, 3, 2, cue.tolerance
     solve_bodies(params, p, room, False, inf, solver)
+
+
+@inner
+def repeats(room: ImpactRoom) -> bool:
+    """Whether tip or cloth meet the ball again."""
+    results = room.results.contacts
+    return max(results[TIP_CONTACT].closings, results[CLOTH_CONTACT].closings) > 1
 
 
 @inner

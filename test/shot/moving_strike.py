@@ -20,6 +20,6 @@ def strike(model, places, axes, normals, speeds, table=ENDLESS):
     cues['strikes'] = cues['others'] = True
     cues['tip'] = places[0] + tip_reach(model) * normals
     starts = starts_of(places[0], places[1:], len(axes))
-    params = cue_params(model, table)
+    params = cue_params(model, table)._replace(steady=False)
     surface = model.surface._replace(cloth_restitution=-1.0)  # a bounce has no impulse
     return run_tables(TableTask(surface, table, starts, 1.0, cue=params, cues=cues, until=0.0))

@@ -209,9 +209,7 @@ def test_without_end_mass_a_cue_throws_the_ball_like_a_guided_one():
 def test_a_rounded_tip_touches_nearer_to_the_middle():
     """A tip as round as the ball, of a cue whose axis is 0.4 radii off: it touches at 0.2."""
     data = {'like': 'pool', 'cue': {'tip_curvature_radius': POOL.ball.radius}}
-    # as normals move, the centres' distance counts too
-    both = Scene.from_dict(data), Scene.load('pool')
-    scene, point = (wishing(each, double_hit='off') for each in both)
+    scene, point = Scene.from_dict(data), Scene.load('pool')
     axis = Stroke.from_pose(
         (-1, -0.4 * POOL.ball.radius, POOL.ball.radius), (0, 0, 0, 1), 2, (0, 0, POOL.ball.radius)
     )
@@ -224,7 +222,7 @@ def test_a_rounded_tip_touches_nearer_to_the_middle():
     stated = predict(scene, Stroke.from_offsets(0.2, 0, 0, 0, 2))
     assert stated.velocity.tolist() == expected.velocity.tolist()
     assert not effect(stated, 'tip_curvature').called_for
-    off = predict(wishing(scene, tip_curvature='off', double_hit='off'), axis)
+    off = predict(wishing(scene, tip_curvature='off'), axis)
     assert off.velocity == pytest.approx(
         predict(point, Stroke.from_offsets(0.4, 0, 0, 0, 2)).velocity, rel=1e-9, abs=1e-12
     )

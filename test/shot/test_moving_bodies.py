@@ -108,39 +108,6 @@ def test_strikes_agree_with_an_integration_of_the_true_geometry(kind, cue):
     assert max(errors) < 0.02
 
 
-def level(rng, azimuth):
-    a, b = rng.uniform(-0.4, 0.4, 2)
-    elevation = math.radians(rng.uniform(1.0, 12.0))
-    return Stroke.from_offsets(a, b, elevation, azimuth, rng.uniform(0.5, 7.0))
-
-
-def test_normals_move_in_a_strike_with_one_hit():
-    """With the normals of the first touch the median is 0.02 off."""
-    rng, errors = np.random.default_rng(12), []
-    scene = Scene.from_dict({**POOL, 'balls': places('alone', rng)})
-    for _ in range(12):
-        found, wanted, hits, closings = both(scene, level(rng, rng.uniform(-3.0, 3.0)))
-        assert hits == closings == 1
-        errors.append(np.abs(found - wanted).max())
-    assert np.median(errors) < 0.001
-    assert max(errors) < 0.004
-
-
-def test_normals_move_in_a_steep_strike_far_off_the_centre():
-    """With the normals of the first touch it is 0.76 off."""
-    tip = {'restitution': 0.8940, 'friction': 0.5253, 'stiffness': 0.45076}
-    scene = Scene.from_dict({
-        **POOL,
-        'balls': {'cue': [0.0, 0.0]},
-        'cue': {'mass': 0.41545, 'end_mass': 3.374e-3},
-        'contacts': {'cue_ball': tip, 'ball_table': {'restitution': 0.5821, 'friction': 0.1283}},
-    })  # fmt: skip
-    stroke = Stroke.from_offsets(0.4498, -0.1132, 1.422, -1.63253, 3.43546)
-    found, wanted, hits, closings = both(scene, stroke)
-    assert hits == closings == 1
-    assert np.abs(found - wanted).max() < 0.005
-
-
 def directions(rng, count):
     """Directions of the lower half sphere, and normals near the opposite ones, (count, 3) each."""
     axes = rng.normal(size=(count, 3))
