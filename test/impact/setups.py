@@ -217,10 +217,11 @@ def random_shot(rng, end_mass=False, hard=False):
 
 def guided_scene(mass, ratio, law, friction, restitution):
     """A guided cue of so many ball masses; friction and restitution at tip and table."""
+    ball = min(0.17, 99.0 / mass)  # kg; scenes take no cue above 100 kg
     return Scene.from_dict(
         {
-            'ball': {'mass': 0.17, 'radius': 0.03},
-            'cue': {'mass': mass * 0.17, 'guided': True},
+            'ball': {'mass': ball, 'radius': 0.03},
+            'cue': {'mass': mass * ball, 'guided': True},
             'law': law,
             'contacts': {
                 'cue_ball': {

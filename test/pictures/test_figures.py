@@ -127,7 +127,7 @@ def test_losses_in_the_legend_add_up_to_the_loss_in_the_title(law, tmp_path):
 def test_the_table_of_two_balls_ends_with_the_outcome(law, tmp_path):
     balls = TwoBalls(law=law)
     path = tmp_path / 'balls.svg'
-    draw_two_balls(path, balls)
+    draw_two_balls(balls, path)
     texts = texts_of(path)
     last = len(texts) - 1 - next(i for i, each in enumerate(reversed(texts)) if '(c) at' in each)
     numbers = [float(each.replace('−', '-')) for each in texts[:last] if NUMBER.fullmatch(each)]

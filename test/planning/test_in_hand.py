@@ -33,7 +33,9 @@ def test_a_cue_ball_in_hand_needs_a_ball_to_be_potted():
     scene = table_with(cue=(1.0, -0.5), b8=(0.3, 0.2))
     with pytest.raises(ValueError, match='place must be anywhere or kitchen, got'):
         plan(scene, {'pot': '8'}, place='table')
-    with pytest.raises(ValueError, match='place needs a target that pots a ball'):
+    with pytest.raises(
+        ValueError, match='place needs the target pot or break, got the target hit'
+    ):
         plan(scene, {'hit': '8'}, place='anywhere')
 
 

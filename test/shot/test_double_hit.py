@@ -90,7 +90,7 @@ def test_the_cue_goes_on_for_its_follow_through():
     assert far.double_hit is not None
     short = dataclasses.replace(far.scene, cue=dataclasses.replace(POOL.cue, follow_through=0.07))
     assert predict(short, far.stroke).double_hit is None
-    with pytest.raises(ValueError, match=r'follow_through must be .* above 0, got 0'):
+    with pytest.raises(ValueError, match=r'follow_through must be .* above 0 .*, got 0'):
         dataclasses.replace(POOL.cue, follow_through=0)
 
 

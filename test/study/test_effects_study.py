@@ -91,6 +91,7 @@ def test_command_for_one_shot(capsys):
     out, err = capsys.readouterr()
     assert err == ''
     rows, footer = out.split('\n\n')
+    footer = ' '.join(footer.split())
     title, head, units, *lines = rows.splitlines()
     assert all(f'{column}: ' in footer for column in ('cost', 'steps', 'shift', 'turn'))
     assert title == 'scene pool, 1 stroke'
