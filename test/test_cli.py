@@ -19,10 +19,10 @@ import billiard_shot
 from billiard_shot import lowest_elevation, predict, Scene, Stroke
 from billiard_shot.cli import COMMANDS, main, make_parser, STUDIES
 from billiard_shot.cli.exit_codes import DONE, EXIT_CODES, FAILED, INTERRUPTED
-from billiard_shot.cli.predict import OFFSETS
 from billiard_shot.cli.progress import estimate_without_machine_code
 from billiard_shot.cli.text_table import Column, print_rows
 from billiard_shot.game.tournament import play
+from billiard_shot.scene.player import OFFSETS
 
 PAPER = Path(__file__).parents[1] / 'config' / 'strokes' / 'paper.yaml'
 

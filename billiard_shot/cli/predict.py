@@ -17,10 +17,9 @@ from billiard_shot.pictures.trails import trails_of
 from billiard_shot.planning.explain import why_missed
 from billiard_shot.scene.errors import must_be_one_of
 from billiard_shot.scene.placement import CUE_BALL
+from billiard_shot.scene.player import OFFSETS
 from billiard_shot.shot.story import wrapped_fact
 from billiard_shot.table.run import POCKET_NAMES
-
-OFFSETS = ('a', 'b', 'elevation', 'azimuth', 'speed')
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -16,6 +16,7 @@ from billiard_shot.planning.result import PlanResult
 from billiard_shot.planning.statistics import interval_in_words, percent
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL
+from billiard_shot.scene.player import OFFSETS
 from billiard_shot.shot import story
 from billiard_shot.shot.predict import BatchResult
 from billiard_shot.shot.shot import Shot
@@ -87,8 +88,7 @@ def _plan(plan: PlanResult) -> str:
     said, best = _said(plan.status, plan.message), plan.best
     if best is None:
         return said
-    head = 'kind', 'success', 'trials', 'a', 'b', 'elevation', 'azimuth', 'speed', 'warning'
-    rows = [head]
+    rows = [('kind', 'success', 'trials', *OFFSETS, 'warning')]
     for each in plan.ranking:
         a, b, elevation, azimuth, speed = each.stroke.offsets
         success = f'{percent(each.success)} % ({interval_in_words(each.interval)})'

@@ -17,6 +17,7 @@ from billiard_shot.planning.problem import problem_of
 from billiard_shot.planning.statistics import chance_in_words, estimate_in_words, wilson_interval
 from billiard_shot.planning.targets import Target
 from billiard_shot.scene import Noise, Scene
+from billiard_shot.scene.player import OFFSETS
 from billiard_shot.shot.predict import predict
 from billiard_shot.shot.shot import Shot
 from billiard_shot.shot.stroke import Stroke
@@ -180,7 +181,6 @@ class PlanResult(Shown):
             If pandas is not installed.
 
         """
-        names = 'a', 'b', 'elevation', 'azimuth', 'speed'
         strokes = [each.stroke.offsets for each in self.ranking]
         columns = {
             'kind': [each.kind for each in self.ranking],
@@ -190,5 +190,5 @@ class PlanResult(Shown):
             'trials': [each.trials for each in self.ranking],
             'warning': [each.warning for each in self.ranking],
         }
-        columns |= {name: [stroke[i] for stroke in strokes] for i, name in enumerate(names)}
+        columns |= {name: [stroke[i] for stroke in strokes] for i, name in enumerate(OFFSETS)}
         return data_frame(columns)

@@ -25,7 +25,7 @@ from billiard_shot.planning.pocket_openings import AXES, openings_of
 from billiard_shot.records import Array, as_rows, ROWS
 from billiard_shot.scene import Noise, Scene, SceneLike
 from billiard_shot.scene.placement import CUE_BALL
-from billiard_shot.scene.player import A, ELEVATION, SPEED
+from billiard_shot.scene.player import A, ELEVATION, OFFSETS, SPEED
 from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.model import StrikeModel
 from billiard_shot.shot.on_table import strike_batch
@@ -107,7 +107,6 @@ class DirectShots:
             If pandas is not installed.
 
         """
-        names = 'a', 'b', 'elevation', 'azimuth', 'speed'
         return data_frame(
             {
                 'table': self.table,
@@ -117,7 +116,7 @@ class DirectShots:
                 'cut': self.cut,
                 'distance': self.distance,
                 'way': self.way,
-                **{name: self.offsets[:, i] for i, name in enumerate(names)},
+                **{name: self.offsets[:, i] for i, name in enumerate(OFFSETS)},
             }
         )
 

@@ -16,6 +16,7 @@ from billiard_shot.scene.fields import number
 from billiard_shot.scene.values import as_floats, positive, whole
 
 A, B, ELEVATION, AZIMUTH, SPEED = range(5)  # columns of strokes
+OFFSETS = 'a', 'b', 'elevation', 'azimuth', 'speed'  # names of these columns
 POOL_BALL_RADIUS = 0.028575  # m: 2 1/4 inches across
 MIN_NOISY_SPEED = 1e-3  # m/s, of a stroke with errors
 

@@ -18,10 +18,10 @@ from billiard_shot.planning.atlas.request import AtlasRequest, with_defaults
 from billiard_shot.scene import Scene
 from billiard_shot.scene.checks import read, write
 from billiard_shot.scene.errors import InputError, reason
+from billiard_shot.scene.player import OFFSETS
 from billiard_shot.status import Status
 
 ATLAS_FORMAT = 1
-OFFSETS = ('a', 'b', 'elevation', 'azimuth', 'speed')
 
 
 def start_file(path: Path, scene: Scene, request: AtlasRequest) -> list[LayoutResult]:
