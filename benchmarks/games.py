@@ -123,7 +123,8 @@ def run_out(series, scene, number):
         'player': 0,
     }
     agents = [find_agent(series.players[0])(scene, number)]
-    return play_rack(State.from_dict(after), scene, agents, series.players, 1, number)
+    record = RackRecord(series.game, number, 1, tuple(series.players), (), after)
+    return play_rack(record, scene, agents)
 
 
 def known(folder):

@@ -23,41 +23,22 @@ MAX_SHOTS = 400  # of a rack, which then ends without a winner
 EVEN = 0.5  # stated probability from which on a shot that fails is a miss
 
 
-def play_rack(
-    state: State,
-    scene: Scene,
-    agents: Sequence[Agent],
-    names: Sequence[str],
-    seed: int,
-    number: int = 0,
-    simulator: Simulator = simulated,
-) -> RackRecord:
+def play_on(
+    record: RackRecord, scene: Scene, agents: Sequence[Agent], simulator: Simulator = simulated
+) -> Iterator[RackRecord]:
     """
-    Play a rack to its end.
+    Play a rack from the state of its record to its end; yield the record after each decision.
 
     Parameters
     ----------
-    state : State
-        The first one, see `start`.
+    record : RackRecord
     scene : Scene
         On which the simulator plays; agents may plan with another one.
     agents : sequence of Agent
         Players 0 and 1.
-    names : sequence of str
-        Their names.
-    seed, number : int
-        Of the errors of execution, and of the rack. See `errors_of`.
     simulator : Simulator
 
     """
-    record = RackRecord(state.game, number, seed, tuple(names), (), state.to_dict())
-    return [record, *play_on(record, scene, agents, simulator)][-1]
-
-
-def play_on(
-    record: RackRecord, scene: Scene, agents: Sequence[Agent], simulator: Simulator = simulated
-) -> Iterator[RackRecord]:
-    """Play a rack that has begun to its end; yield its record after each decision."""
     state = State.from_dict(record.state)
     while not state.over and len(record.shots) < MAX_SHOTS:
         agent, errors = agents[state.player], errors_of(record.seed, record.number, state)
@@ -69,6 +50,13 @@ def play_on(
         shots = *record.shots, _record(seen, decision, ruling, times)
         record = replace(record, shots=shots, state=state.to_dict())
         yield record
+
+
+def play_rack(
+    record: RackRecord, scene: Scene, agents: Sequence[Agent], simulator: Simulator = simulated
+) -> RackRecord:
+    """Play a rack to its end, as `play_on` does; return its last record."""
+    return [record, *play_on(record, scene, agents, simulator)][-1]
 
 
 class Taken(NamedTuple):
@@ -93,7 +81,7 @@ def take_shot(
     Parameters
     ----------
     state, scene, simulator
-        As of `play_rack`.
+        As of `play_on`.
     agent : Agent
     errors : numpy.random.Generator
         Source of the errors of execution.

@@ -14,7 +14,7 @@ import numpy as np
 from billiard_shot.game.agent import Agent, MakeAgent, simulated, Simulator
 from billiard_shot.game.game import find_game, start
 from billiard_shot.game.plugins import find_plugin, names_in
-from billiard_shot.game.rack import play_on
+from billiard_shot.game.rack import play_rack
 from billiard_shot.game.rack_record import RackRecord
 from billiard_shot.planning.statistics import wilson_interval
 from billiard_shot.scene import Scene
@@ -98,8 +98,8 @@ def play(pairing: Pairing, number: int) -> RackRecord:
 
     The same pairing and number give the same rack in any process.
     """
-    first, agents = first_record(pairing, number), agents_of(pairing, number)
-    return [first, *play_on(first, pairing.scene, agents, pairing.simulator)][-1]
+    record, agents = first_record(pairing, number), agents_of(pairing, number)
+    return play_rack(record, pairing.scene, agents, pairing.simulator)
 
 
 def first_record(pairing: Pairing, number: int) -> RackRecord:

@@ -102,8 +102,9 @@ class Illegal:
     ],
 )
 def test_an_illegal_move_loses_the_rack(answer, end):
-    state = start('nine_ball', TABLE)
-    record = play_rack(state, TABLE, [Illegal(**answer)] * 2, ('one', 'two'), 1)
+    state = start('nine_ball', TABLE).to_dict()
+    first = RackRecord('nine_ball', 0, 1, ('one', 'two'), (), state)
+    record = play_rack(first, TABLE, [Illegal(**answer)] * 2)
     assert record.shots[0].end == end
     assert record.winner == 'two'  # without a shot, by three fouls in a row
 
