@@ -18,7 +18,7 @@ from billiard_shot.scene.errors import found_in, InputError, Mistake, must_be_on
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.scene.player import A, AZIMUTH, B, ELEVATION, SPEED
 from billiard_shot.scene.values import check_type, one_or_many
-from billiard_shot.shot.refusals import COARSE_ELEVATION_STEP, FINE_ELEVATION_STEP, first_free
+from billiard_shot.shot.refusals import FINE_ELEVATION_STEP, first_free
 
 BALL_CONSTRAINTS = ('first_contact', 'keep')  # constraints that name balls
 # Clearance of a planned cue, in standard deviations of its errors.
@@ -133,11 +133,7 @@ def raise_for_clearance(scene: Scene, limits: Limits, strokes: Array) -> Array:
     lowest, highest = limits.elevations
     # with errors, a level cue may point up
     low = np.maximum(strokes[:, ELEVATION], min(max(lowest, limits.elevation_margin), highest))
-    need = low.copy()
-    for step in (COARSE_ELEVATION_STEP, FINE_ELEVATION_STEP):
-        need = first_free(scene, strokes, need, step, highest, limits.elevation_margin)
-        if step == COARSE_ELEVATION_STEP:
-            need = np.maximum(need - COARSE_ELEVATION_STEP + FINE_ELEVATION_STEP, low)
+    need = first_free(scene, strokes, low, highest, limits.elevation_margin)
     found = strokes.copy()
     found[:, ELEVATION] = np.where(need > low, need + FINE_ELEVATION_STEP, need)
     found[~(found[:, ELEVATION] <= highest + 1e-12)] = np.nan

@@ -90,10 +90,7 @@ def lowest_elevation(
     highest = 0.5 * math.pi - FINE_ELEVATION_STEP
     level = FINE_ELEVATION_STEP * math.ceil(margin / FINE_ELEVATION_STEP)
     begin = np.full(len(strokes), level)
-    for step in (COARSE_ELEVATION_STEP, FINE_ELEVATION_STEP):
-        strokes[:, ELEVATION] = first_free(scene, strokes, begin, step, highest, margin, place)
-        below = strokes[:, ELEVATION] - COARSE_ELEVATION_STEP + FINE_ELEVATION_STEP
-        begin = np.maximum(below, level)
+    strokes[:, ELEVATION] = first_free(scene, strokes, begin, highest, margin, place)
     playable = refusals_in(scene, *vectors_of(strokes), place) == Status.OK
     return np.where(playable, strokes[:, ELEVATION], np.inf)
 
@@ -102,23 +99,24 @@ def first_free(
     scene: Scene,
     strokes: NDArray[np.float64],
     begin: NDArray[np.float64],
-    step: float,
     highest: float,
-    margin: float = 0.0,
+    margin: float,
     position: NDArray[np.float64] | None = None,
 ) -> NDArray[np.float64]:
     """
-    Find elevations at which the cue has clearance, also if it is lower by a margin.
+    Find the lowest elevations at which the cue has clearance, also if it is lower by a margin.
+
+    Coarse steps come first; fine steps then look for clearance within the last coarse one.
 
     Parameters
     ----------
     scene : Scene
     strokes : (n, 5) float array
-        See `vectors_of`.
+        See `vectors_of`; their elevations do not count.
     begin : (n,) float array
         The first elevations that are tried [rad].
-    step, highest, margin : float
-        Step and largest of the elevations that are tried, and the margin [rad].
+    highest, margin : float
+        The largest of the elevations that are tried, and the margin [rad].
     position : (3,) float array, optional
         As of `refusals_in`.
 
@@ -131,14 +129,13 @@ def first_free(
     """
     run = write_clear_elevations.current()
     storage, array = run.storage, run.storage.array
-    found = array(begin.copy())
-    run(
-        model_of(scene),
-        surroundings_of(scene).stored(storage),
-        array(np.array(scene.cue_ball) if position is None else position),
-        array(strokes),
-        Trials(step, highest, margin),
-        storage.zeros(2, 3),
-        found,
-    )
-    return np.asarray(found)
+    model, around = model_of(scene), surroundings_of(scene).stored(storage)
+    place = array(np.array(scene.cue_ball) if position is None else position)
+    rows, scratch, found = array(strokes), storage.zeros(2, 3), begin
+    for step in (COARSE_ELEVATION_STEP, FINE_ELEVATION_STEP):
+        tried = array(found.copy())
+        run(model, around, place, rows, Trials(step, highest, margin), scratch, tried)
+        found = np.asarray(tried)
+        if step == COARSE_ELEVATION_STEP:
+            found = np.maximum(found - COARSE_ELEVATION_STEP + FINE_ELEVATION_STEP, begin)
+    return found
