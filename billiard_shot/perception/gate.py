@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import math
 
 from billiard_shot.scene.errors import must_be
-from billiard_shot.scene.fields import LONGEST_NAME
+from billiard_shot.scene.fields import fits_name, LONGEST_NAME
 
 MAX_BALLS = 64
 """Largest number of balls on a table; snooker has 22."""
@@ -32,7 +32,7 @@ def check_count(field: str, things: Sequence[object]) -> None:
 
 def check_name(field: str, name: str) -> None:
     """Check the name of a ball or a shot, which appears in logs and terminals."""
-    if not (0 < len(name) <= LONGEST_NAME and name.isprintable()):
+    if not fits_name(name):
         allowed = f'1 to {LONGEST_NAME} printable characters'
         raise ValueError(f'{field} {must_be(allowed, name)}')
 

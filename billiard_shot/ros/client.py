@@ -29,6 +29,7 @@ from billiard_shot.perception.resting import RestWatch
 from billiard_shot.perception.sightings import Balls
 from billiard_shot.ros import conversions, cue_conversions
 from billiard_shot.ros.node_runner import BURST, EVERY_LOG, EVERY_STATE, LATCHED
+from billiard_shot.ros.writing_time import UNKNOWN_NODE
 from billiard_shot.scene.errors import printable
 from billiard_shot.scene.placement import CUE_BALL
 
@@ -37,7 +38,6 @@ SAFETY_INPUTS = {'estop': False, 'interlock': True}  # topics, and values that a
 VALIDITY = 60.0  # s within which a shot must be fired, if the caller does not say
 START_UP = 120.0  # s to wait for a node, which may have to compile the library first
 DISCOVERY = 1.0  # s to discover other publishers before the safety inputs are simulated
-UNKNOWN_NODE = '_NODE_NAME_UNKNOWN_'  # of which the middleware knows only a publisher
 LOOK_PERIOD = 0.05  # s after which the client looks again for what it waits for
 QUIET_WAIT = 2.0  # s after which the client logs what it waits for, and why
 REMINDER = 8.0  # s after which it logs that again
@@ -127,7 +127,7 @@ class RobotClient(Node):
         for name in SAFETY_INPUTS:
             for other in self.get_publishers_info_by_topic(self.resolve_topic_name(name)):
                 if other.node_name == UNKNOWN_NODE:
-                    return  # perhaps this one; the next message will tell
+                    return  # it may be this node; a later call finds its name
                 if (other.node_name, other.node_namespace) != own:
                     raise NotReadyError(
                         f'node {other.node_name!r} publishes {name!r}: this cell has safety '

@@ -9,7 +9,7 @@ from trajectory_msgs.msg import JointTrajectory
 from billiard_shot.cue.execution import Command
 from billiard_shot.records import Array
 from billiard_shot.ros import cue_conversions as conversions
-from billiard_shot.ros.writing_time import publishers_of
+from billiard_shot.ros.writing_time import publishers_of, UNKNOWN_NODE
 
 FAREWELL = 0.5
 """Longest time that an ending driver waits until the mechanism has received the stop [s]."""
@@ -56,8 +56,7 @@ class CommandTopic:
         nodes = list(publishers_of(self._node, topic).values())
         if own in nodes:
             nodes.remove(own)
-        # A publisher is discovered a little earlier than the name of its node.
-        unknown = '_NODE_NAMESPACE_UNKNOWN_/_NODE_NAME_UNKNOWN_'
+        unknown = f'_NODE_NAMESPACE_UNKNOWN_/{UNKNOWN_NODE}'
         names = ', '.join(nodes).replace(unknown, 'its name is not known yet')
         return f'another node commands the mechanism: {names}' if nodes else ''
 

@@ -9,6 +9,9 @@ from builtin_interfaces.msg import Time as TimeMessage
 from rclpy.clock import Clock
 from rclpy.node import Node
 
+UNKNOWN_NODE = '_NODE_NAME_UNKNOWN_'
+"""Name of a node in place of its own: a publisher is discovered earlier than its node's name."""
+
 
 def written(info: Mapping[str, Any], now: float) -> float:
     """

@@ -108,9 +108,12 @@ def boolean(*, default: bool) -> Any:
 
 def _is_name(value: object) -> bool:
     """Whether YAML may have read a value from a name; 8 is a name, too."""
-    if isinstance(value, bool) or not isinstance(value, str | int):
-        return False
-    return 0 < len(str(value)) <= LONGEST_NAME and str(value).isprintable()
+    return isinstance(value, str | int) and not isinstance(value, bool) and fits_name(str(value))
+
+
+def fits_name(text: str) -> bool:
+    """Whether a text has the length of a name and characters that appear in logs and terminals."""
+    return 0 < len(text) <= LONGEST_NAME and text.isprintable()
 
 
 def places() -> Any:
