@@ -24,6 +24,7 @@ from billiard_shot.shot.stroke import Stroke
 from billiard_shot.status import Status
 from billiard_shot.table.colours import ball_colour
 from billiard_shot.table.motion import Motion
+from billiard_shot.table.words import rounded
 
 DPI = 80  # of pictures
 # As on the page of a shot: the face of the cue ball, and where the tip meets it.
@@ -145,8 +146,8 @@ def _table(rows: Iterable[tuple[str, ...]]) -> str:
 
 
 def _degrees(radians: float) -> str:
-    return f'{round(math.degrees(radians), 2) + 0.0:.2f}°'  # + 0.0 makes 0 of -0
+    return f'{rounded(math.degrees(radians), 2)}°'
 
 
 def _signed(offset: float) -> str:
-    return f'{round(offset, 2) + 0.0:+.2f}'
+    return rounded(offset, 2, '+')

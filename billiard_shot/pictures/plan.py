@@ -18,6 +18,7 @@ from billiard_shot.planning.result import RankedStroke
 from billiard_shot.planning.targets import Gate, Pass, Pot, Rest, Target
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.table.colours import GREEN, VERMILION
+from billiard_shot.table.words import rounded
 
 DRAWN_PATHS = 60  # drawn paths of the cue ball
 
@@ -43,7 +44,7 @@ def plan_figure(planned: RankedStroke, outcomes: Dispersion) -> Any:
         scene,
         outcomes.final_positions[:, 0],
         f'{planned.kind}: success {planned.estimate}; '
-        f'a {round(a, 2) + 0.0:+.2f}, b {round(b, 2) + 0.0:+.2f} radii, '  # + 0.0: 0, not -0
+        f'a {rounded(a, 2, "+")}, b {rounded(b, 2, "+")} radii, '
         f'{np.degrees(elevation):.1f}°, {speed:.2f} m/s',
     )
     _draw_target(axes, planned.target)

@@ -17,7 +17,7 @@ import numpy as np
 
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.messages import message_of
-from billiard_shot.table.words import ball_in_words, moment_in_words, place_in_words
+from billiard_shot.table.words import ball_in_words, moment_in_words, place_in_words, rounded
 
 if TYPE_CHECKING:
     from billiard_shot.shot.shot import Shot
@@ -50,7 +50,7 @@ def facts(shot: Shot) -> dict[str, str]:
     vx, vy, vz = shot.velocity
     listed = {
         'stroke': (
-            f'a {_number(a, 2, "+")}, b {_number(b, 2, "+")} radii; elevation '
+            f'a {rounded(a, 2, "+")}, b {rounded(b, 2, "+")} radii; elevation '
             f'{_degrees(elevation, 1)}, azimuth {_degrees(azimuth, 2)}; {speed:.3g} m/s'
         ),
         'cue ball leaves': (
@@ -166,12 +166,8 @@ def _spin_in_words(shot: Shot) -> str:
 
 
 def _vector(values: np.ndarray[tuple[int, ...], np.dtype[np.float64]], digits: int) -> str:
-    return f'({", ".join(_number(value, digits) for value in values.tolist())})'
+    return f'({", ".join(rounded(value, digits) for value in values.tolist())})'
 
 
 def _degrees(radians: float, digits: int) -> str:
-    return f'{_number(math.degrees(radians), digits)}°'
-
-
-def _number(value: float, digits: int, sign: str = '') -> str:
-    return f'{round(value, digits) + 0.0:{sign}.{digits}f}'  # + 0.0 makes 0 of -0
+    return f'{rounded(math.degrees(radians), digits)}°'

@@ -49,6 +49,11 @@ def moment_in_words(time: float) -> str:
     return f'at {time:.3g} s' if time > 0.0 else 'during the strike'
 
 
+def rounded(value: float, digits: int, sign: str = '') -> str:
+    """Write a number with `digits` digits after the point; `sign` is `+` or empty."""
+    return f'{round(value, digits) + 0.0:{sign}.{digits}f}'  # + 0.0 makes 0 of -0
+
+
 def plural(number: int, thing: str) -> str:
     """Count things, as in `1 ball` or `3 balls`."""
     return f'{number} {thing}{"s" * (number != 1)}'

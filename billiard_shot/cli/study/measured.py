@@ -10,6 +10,7 @@ from billiard_shot.cli.text_table import add_format_arguments, print_csv, table
 from billiard_shot.cli.workers import add_work_arguments, mapped
 from billiard_shot.study.measured.comparison import compare, Comparison, comparisons, Group
 from billiard_shot.study.measured.published import SOURCES
+from billiard_shot.table.words import rounded
 
 LINE_WIDTH = 80  # characters of a line
 LABEL_WIDTH = 40  # characters of the name of a row
@@ -66,9 +67,7 @@ def _label(row: Comparison, again: bool) -> str:
 
 
 def _number(value: float | None, digits: int, width: int, sign: str = '') -> str:
-    if value is None:
-        return ' ' * width
-    return f'{round(value, digits) + 0.0:{sign}.{digits}f}'.rjust(width)  # + 0.0: no -0
+    return ('' if value is None else rounded(value, digits, sign)).rjust(width)
 
 
 def _as_json(groups: list[Group]) -> dict[str, Any]:
