@@ -19,15 +19,16 @@ class RestWatch:
         self._since = -math.inf  # when they were last seen to move [s]
 
     def restless(self, balls: Balls, now: float) -> str:
-        """Say which ball does not rest at the time `now` [s], and why; '' if all rest."""
+        """Say why the balls do not rest at the time `now` [s]; '' if all rest."""
         moving = [name for name in balls if not _rests(balls[name], self._last.get(name))]
         if moving or balls.keys() != self._last.keys():
             self._last, self._since = balls, now
         elif now - self._since > REST_TIME:
             return ''
-        name = moving[0] if moving else ''
-        fault = 'moves on' if not name or balls[name].is_seen else 'is not seen'
-        return f'ball {name!r} {fault}'
+        if not moving:
+            return f'the balls have not rested for {REST_TIME:g} s'
+        name = moving[0]
+        return f'ball {name!r} {"moves on" if balls[name].is_seen else "is not seen"}'
 
 
 def _rests(ball: Sighting, last: Sighting | None) -> bool:

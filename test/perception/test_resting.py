@@ -11,7 +11,7 @@ LYING = {'cue': Sighting((0.1, 0.2)), '8': Sighting((0.5, 0.0))}
 def test_balls_that_lie_long_enough_rest():
     watch = RestWatch()
     assert watch.restless(LYING, 0.0)
-    assert watch.restless(LYING, 0.9 * REST_TIME)
+    assert watch.restless(LYING, 0.9 * REST_TIME) == 'the balls have not rested for 0.5 s'
     assert not watch.restless(LYING, 1.1 * REST_TIME)
 
 
