@@ -23,7 +23,7 @@ ASCII: Mapping[str, str] = {
     '≤': '<=',
     '≥': '>=',
 }
-"""What replaces a character that the encoding of the terminal does not have."""
+"""Replacements of characters that the encoding of the terminal does not have."""
 
 
 class _Output:

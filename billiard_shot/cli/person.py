@@ -89,7 +89,7 @@ def _ask(prompt: str, help_text: str, read: Callable[[str], T]) -> T:
 
 
 def _holds(what: str, does: str) -> bool:
-    """Ask whether what was typed holds."""
+    """Ask for the confirmation of a shot or a place that was typed."""
     choice = f'Enter {does}, u takes it back'
     return _ask(f'{what}; {choice}: ', choice, read_confirmation)
 

@@ -28,7 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Print or write the model."""
     if not options.frame:
-        raise ValueError('--frame must be a name, got nothing')
+        raise ValueError("--frame must be a name, got ''")
     text = urdf_of(Mechanism.load(options.mechanism), options.frame)
     if options.output:
         options.output.write_text(text, encoding='utf-8')

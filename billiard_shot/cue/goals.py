@@ -35,7 +35,7 @@ def check_goal(
 
 
 def check_stamp(stamp: float, started: float, latest: float) -> None:
-    """Refuse a plan made before this program `started`, as 0 means, or after `latest` [s]."""
+    """Refuse a plan without a stamp (0), from before this program `started`, or after `latest`."""
     if not started <= stamp <= latest:  # a program that is started again has forgotten its shots
         raise RefusedError(
             GoalOutcome.INVALID_PLAN if stamp > latest else GoalOutcome.ALREADY_EXPIRED,

@@ -12,7 +12,7 @@ from billiard_shot.table.run import POCKET_NAMES
 
 
 def check_names(*checks: tuple[str, Collection[Any], Collection[Any]]) -> None:
-    """Raise InputError for names of a field, the second item, that are not allowed, the third."""
+    """Raise InputError if a name is not allowed; each check has a field, names, allowed names."""
     mistakes = [
         Mistake(
             (field,),

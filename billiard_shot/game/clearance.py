@@ -56,7 +56,7 @@ def playable_stroke(
     degrees : sequence of 5 floats
         a, b, elevation, azimuth, speed as of `Stroke.from_offsets`; angles in degrees.
     stated : bool
-        Whether the player wants this elevation; else it is raised to the lowest one with room.
+        Whether the elevation is given; otherwise it is the lowest one with room for errors.
     aimed : bool
         Whether the azimuth is that of the cue ball, not of the cue: with side spin they differ.
 

@@ -60,7 +60,7 @@ def read_choice(line: str, state: State) -> Decision:
 
 
 def read_confirmation(line: str) -> bool:
-    """Read whether what was typed before holds; an empty line says so."""
+    """Read whether a shot or a place is confirmed; an empty line confirms it."""
     if line.strip() not in ('', 'u'):
         raise ValueError(f'{line.strip()!r} is neither Enter nor u')
     return not line.strip()

@@ -6,7 +6,7 @@ import math
 
 SURE_SIGMAS = 4.0
 """
-Number of standard deviations beyond which a distance between two sightings is no noise.
+Number of standard deviations beyond which a distance between two sightings is not noise.
 
 Two sightings of one place differ by more with a probability of exp(-8), about 1 in 3000 (Rayleigh
 distribution), and the tolerance comes on top.
@@ -68,10 +68,10 @@ def moved(planned: Balls, seen: Balls, tolerance: float, may_be_hidden: bool = F
 
 def uncertain(planned: Balls, seen: Balls, limit: float) -> str:
     """
-    Return of which ball the distance from its planned place is not known; '' if there is none.
+    Return which ball has an uncertain distance from its planned place; '' if none has.
 
-    It is known if `SURE_SIGMAS` of its standard deviations are at most `limit` [m] in every
-    direction, because a distance of zero has none.
+    The distance is certain if `SURE_SIGMAS` of its standard deviations are at most `limit` [m] in
+    every direction, because a distance of zero has none.
     """
     for name in sorted(planned.keys() & seen.keys()):
         covariances = planned[name].covariance, seen[name].covariance

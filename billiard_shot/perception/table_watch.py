@@ -9,7 +9,7 @@ A *picture* is a message of detections, also one without any.
 - *While a shot is aimed*, the cue and the carriage hide balls. If pictures go on, a ball may be
   unseen for `unseen_timeout`, and counts as lying where it was seen last. This is safe, because a
   ball at rest does not move by itself, the interlock keeps people away, and the time is limited.
-  It is ten seconds by default, because the longest way to an aim takes nine.
+  The default is ten seconds, because the longest way to an aim takes nine.
 - *From the goal until the stroke*, every ball must lie at its planned place, as far as is known,
   and it must be known well enough to notice a motion by 3 mm (`PRECISION`).
 """
@@ -98,7 +98,7 @@ class TableWatch:
         return moved(planned, self._balls, self._settings.table_tolerance, is_aimed)
 
     def uncertain(self, planned: Balls) -> str:
-        """Return of which ball the distance from its planned place is not known; '' if of none."""
+        """Return which ball has an uncertain distance from its planned place; '' if none has."""
         return uncertain(planned, self._balls, PRECISION)
 
     def stale(self, stamp_now: float, now: float, *, is_aimed: bool) -> str:

@@ -72,7 +72,7 @@ class RobotClient(Node):
         Whether to publish that the emergency stop is released and the interlock closed. Only for
         simulations: on a robot these messages come from the safety equipment.
     timeout : float
-        Time to wait for each of the other nodes [s]; progress in its log begins it anew.
+        Time to wait for each of the other nodes [s]; news in the log of the node restart it.
 
     Attributes
     ----------

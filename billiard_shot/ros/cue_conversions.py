@@ -1,7 +1,7 @@
 """
 Conversions between messages and the mechanical cue's library, both ways: pure functions.
 
-Whatever cannot be read raises ValueError with the field, its value and the allowed range.
+Input that cannot be read raises ValueError with the field, its value and the allowed range.
 """
 
 from collections.abc import Mapping, Sequence

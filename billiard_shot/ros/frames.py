@@ -66,8 +66,8 @@ class Frames:
         Raises
         ------
         ValueError
-            If the frames are not connected, or if a transform is no rotation, or changes and is
-            too old or too new.
+            If the frames are not connected, if the quaternion of a transform does not have the
+            length 1, or if a transform that changes is too old or too new.
 
         """
         up, down = self._to_top(frame, time), self._to_top(root, time)

@@ -75,7 +75,7 @@ class TableTracker(Node):
     pose is empty, the centre of the bounding box is the position of the ball. Heights are not
     used. The covariance of the pose is that of one detection.
 
-    Detections that are no balls, by their class or by the gate (billiard_shot.perception.gate),
+    Detections that are not balls, by their class or by the gate (billiard_shot.perception.gate),
     are ignored; the log has their number. A message with more balls than a table can have, or with
     a stamp ahead of the clock, is ignored as a whole. All other messages are pictures, also those
     without detections.

@@ -11,7 +11,7 @@ FIRE = 'fire'  # what the operator types to fire an aimed shot
 
 
 def escaped(text: str) -> str:
-    """Escape the characters of lines, which may come from outside, that a terminal would obey."""
+    """Escape characters that a terminal would obey, except ends of lines."""
     return '\n'.join(map(printable, text.split('\n')))
 
 

@@ -23,7 +23,7 @@ def near_scene(scene: Scene, draw: np.random.Generator, *, own: bool) -> Scene:
     Parameters
     ----------
     scene : Scene
-        Its numbers hold.
+        With table, ball and cue.
     draw : Generator
     own : bool
         Whether the cue ball lies near one of the scene's own balls. Else it is alone with one to

@@ -115,8 +115,8 @@ def reach_nose(n: TableNumbers, nose: int, ball: BallRecord) -> float:
     """
     Time from now until a lying ball meets the line of a nose, or inf.
 
-    A ball that is in the nose, because another one ended its contact, meets it if it does not
-    leave it.
+    If another ball has ended the contact of this ball with the nose, this ball lies in the nose.
+    It then meets the nose at once, unless it is leaving the nose.
     """
     gap, speed, half = approach_to_nose(n, nose, ball)
     if gap <= -DEPTH_IN_MOUTH and beside_nose(n, nose, ball.position[0], ball.position[1]):
