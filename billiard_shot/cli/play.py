@@ -2,6 +2,7 @@
 
 import argparse
 from dataclasses import replace
+import io
 import json
 from pathlib import Path
 import re
@@ -63,6 +64,7 @@ def run(options: argparse.Namespace) -> int:
     scene = Scene.load(options.scene)
     names = tuple(options.players[: find_game(options.game).players])
     modules = tuple('billiard_shot.cli.person' if name == PERSON else name for name in names)
+    _check_streams(options, talks_to_a_person=PERSON in names)
     pairing = Pairing(options.game, scene, modules, seed, options.balls)
     check_pairing(pairing)
     record = replace(first_record(pairing, number), players=names)
@@ -87,6 +89,19 @@ def run(options: argparse.Namespace) -> int:
         raise
     _finish(record, scene, options)
     return 0
+
+
+def _check_streams(options: argparse.Namespace, *, talks_to_a_person: bool) -> None:
+    """Raise ValueError if a game could not be asked for, read, or written."""
+    if options.pages and options.pages.exists() and not options.pages.is_dir():
+        raise ValueError(f'--pages must be a folder, got the file {options.pages}')
+    if options.state and options.state.exists() and not options.state.is_file():
+        raise ValueError(f'--state must be a file, got {options.state}')
+    if talks_to_a_person:
+        if sys.stdin is None:
+            raise ValueError('--players: person needs the standard input, which is closed')
+        if isinstance(sys.stdin, io.TextIOWrapper):
+            sys.stdin.reconfigure(errors='replace')  # a stray byte is a wrong line, not the end
 
 
 def _continued(path: Path, new: RackRecord) -> RackRecord:

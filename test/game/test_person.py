@@ -13,7 +13,7 @@ import pytest
 
 from billiard_shot import Scene
 from billiard_shot.cli import main
-from billiard_shot.cli.exit_codes import INTERRUPTED
+from billiard_shot.cli.exit_codes import INTERRUPTED, WRONG_INPUT
 from billiard_shot.cli.person import Person
 from billiard_shot.game.game import start
 from billiard_shot.game.rack_record import RackRecord
@@ -251,3 +251,32 @@ print(main(['play', *words]), main(['tournament', *words, '--racks', '1', '--wor
     out = subprocess.run(command, cwd=tmp_path, check=True, stdout=subprocess.PIPE).stdout.decode()
     assert out.startswith("game: 'my_games.three_ball' is not a module with GAME: No module named")
     assert out.endswith('\n0 0\n')
+
+
+def test_a_stray_byte_is_a_wrong_line(tmp_path):
+    """It ended the game, and nothing was saved."""
+    command = [sys.executable, '-m', 'billiard_shot', 'play', 'practice', '--balls', '1']
+    done = subprocess.run(
+        [*command, '--players', 'person'],
+        input=b'\xe9\n',
+        capture_output=True,
+        cwd=tmp_path,
+        check=False,
+        env={**os.environ, 'PYTHONIOENCODING': 'utf-8'},
+    )
+    assert done.returncode == INTERRUPTED
+    assert b'decode' not in done.stderr
+    assert b'Traceback' not in done.stderr
+
+
+def test_files_and_streams_are_checked_before_the_game(tmp_path, capsys, monkeypatch):
+    file = tmp_path / 'file'
+    file.write_text('')
+    words = ['play', 'practice', '--players', 'random']
+    assert main([*words, '--pages', str(file)]) == WRONG_INPUT
+    assert f'--pages must be a folder, got the file {file}' in capsys.readouterr().err
+    assert main([*words, '--state', '/dev/null']) == WRONG_INPUT
+    assert '--state must be a file, got /dev/null' in capsys.readouterr().err
+    monkeypatch.setattr('sys.stdin', None)
+    assert main(['play', 'practice', '--players', 'person']) == WRONG_INPUT
+    assert 'needs the standard input, which is closed' in capsys.readouterr().err
