@@ -398,9 +398,10 @@ class RobotClient(Node):
                 return ended and result_of(ended)
             topic = f'{name}/_action/status'
             now = {bytes(each.endpoint_gid) for each in self.get_publishers_info_by_topic(topic)}
-            if servers - now:
+            if not servers:
+                servers.update(now)
+            elif not servers & now:  # of a node that was killed before, one may stay for a while
                 raise NotReadyError(f'action {name}: its node has ended, and with it the goal')
-            servers.update(now)
             return None
 
         sent, ended = action.send_goal_async(goal, hear), None

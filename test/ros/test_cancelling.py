@@ -7,6 +7,7 @@ import pytest
 
 pytest.importorskip('billiard_shot_msgs', reason='needs ROS 2')
 
+from action_msgs.msg import GoalStatusArray
 from billiard_shot_msgs.action import ExecuteShot
 import rclpy
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
@@ -66,10 +67,11 @@ def test_a_goal_is_cancelled_that_is_not_answered_yet(node):
 
 
 def test_a_client_whose_driver_ends_is_told(node):
-    """Before, it waited until the shot expired, and for a minute more."""
+    """Not if a driver that was killed before is no longer listed."""
+    killed = node.create_publisher(GoalStatusArray, '/mortal/execute_shot/_action/status', 10)
     driver = rclpy.create_node('cue_driver', namespace='/mortal')
     executor = MultiThreadedExecutor(3)
-    aimed, ending = threading.Event(), threading.Event()
+    aimed, alone, ending = (threading.Event() for _ in range(3))
 
     def play(goal):
         aimed.set()
@@ -88,6 +90,9 @@ def test_a_client_whose_driver_ends_is_told(node):
     def end():
         aimed.wait(PATIENCE)
         time.sleep(1.0)
+        node.destroy_publisher(killed)
+        time.sleep(1.0)
+        alone.set()
         server.destroy()
         driver.destroy_node()
         ending.set()
@@ -95,6 +100,7 @@ def test_a_client_whose_driver_ends_is_told(node):
     threading.Thread(target=end, daemon=True).start()
     with pytest.raises(NotReadyError, match='action execute_shot: its node has ended'):
         client.execute(ExecuteShot.Goal())
+    assert alone.is_set()
     executor.shutdown()
     spinning.join(PATIENCE)
     client.destroy_node()
