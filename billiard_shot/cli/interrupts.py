@@ -1,4 +1,4 @@
-"""Ctrl+C during a search: the search ends, and its best result so far is printed and written."""
+"""Ctrl+C during a search ends the search; the command goes on with its best result so far."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager

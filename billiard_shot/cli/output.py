@@ -79,7 +79,7 @@ def tolerant_output() -> Iterator[None]:
 
 
 def discard_output() -> None:
-    """Discard what is still printed, and what Python would write at exit."""
+    """Discard all later text, and the text that Python would write at exit."""
     if sys.__stdout__ is not None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.__stdout__.fileno())
 

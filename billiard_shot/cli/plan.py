@@ -37,6 +37,7 @@ from billiard_shot.planning.search import NORMAL_BUDGET
 from billiard_shot.planning.statistics import percent
 from billiard_shot.planning.targets import KINDS, target_of
 from billiard_shot.scene import Noise, Robot
+from billiard_shot.scene.player import OFFSETS
 from billiard_shot.scene.values import whole
 from billiard_shot.status import Status
 from billiard_shot.table.run import POCKET_NAMES
@@ -310,18 +311,13 @@ def _as_json(result: PlanResult) -> dict[str, Any]:
 
 
 def _stroke(each: RankedStroke) -> dict[str, Any]:
-    a, b, elevation, azimuth, speed = each.stroke.offsets
     return {
         'kind': each.kind,
         'success': each.success,
         'interval': list(each.interval),
         'trials': each.trials,
         'warning': each.warning,
-        'a': a,
-        'b': b,
-        'elevation': elevation,
-        'azimuth': azimuth,
-        'speed': speed,
+        **dict(zip(OFFSETS, each.stroke.offsets, strict=True)),
         'normal': list(each.stroke.normal),
         'velocity': list(each.stroke.velocity),
         'rest': each.shot.trajectory.final_position.tolist(),
