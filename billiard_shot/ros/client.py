@@ -258,18 +258,23 @@ class RobotClient(Node):
         """
         deadline = monotonic() + seconds
         watch = RestWatch()
-        while why := self._early(strike) or watch.restless(self.balls(), monotonic()):
+        while True:
+            balls = self.balls()
+            why = self._early(balls, strike) or watch.restless(balls, monotonic())
+            if not why:
+                return balls
             if monotonic() > deadline:
                 raise TableUnknownError(f'table_state: {why} after {seconds:g} s')
             self.until(lambda: False, LOOK_PERIOD)
-        return self.balls()
 
-    def _early(self, strike: Time | None) -> str:
+    def _early(self, balls: Balls, strike: Time | None) -> str:
         """Say which part of the table state was seen before a strike; '' if none was."""
+        if strike is None:
+            return ''
         times = {'the picture': conversions.seconds(self.known_table().header.stamp)}
-        times |= {f'ball {name!r}': ball.time for name, ball in self.balls().items()}
+        times |= {f'ball {name!r}': ball.time for name, ball in balls.items()}
         for name, time in times.items():
-            if strike and 0.0 < time <= conversions.seconds(strike):
+            if 0.0 < time <= conversions.seconds(strike):
                 return f'{name} is from before the strike'
         return ''
 
