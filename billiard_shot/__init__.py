@@ -11,16 +11,17 @@ if TYPE_CHECKING:
     from billiard_shot.planning.plan import plan
     from billiard_shot.planning.result import PlanResult, RankedStroke
     from billiard_shot.planning.shots import DirectShots, shots
-    from billiard_shot.planning.within_noise import NoisyBatch, predict_within_noise
+    from billiard_shot.planning.within_noise import predict_within_noise
     from billiard_shot.scene import Scene
     from billiard_shot.scene.errors import InputError
     from billiard_shot.shot.analysis import effects_of, sensitivity_of
     from billiard_shot.shot.effects import Effect
-    from billiard_shot.shot.predict import BatchResult, predict, predict_batch
+    from billiard_shot.shot.predict import predict, predict_batch
     from billiard_shot.shot.refusals import lowest_elevation
     from billiard_shot.shot.replay import load_shot, save_shot
     from billiard_shot.shot.shot import Shot
     from billiard_shot.shot.stroke import Stroke
+    from billiard_shot.shot.stroke_batch import StrokeBatch
     from billiard_shot.status import Status
     from billiard_shot.table.motion import Motion
     from billiard_shot.table.run import TableRun
@@ -33,8 +34,9 @@ __all__ = [
     'Stroke',
     'predict',
     'predict_batch',
+    'predict_within_noise',
+    'StrokeBatch',
     'Shot',
-    'BatchResult',
     'lowest_elevation',
     'Status',
     'InputError',
@@ -59,8 +61,6 @@ __all__ = [
     'DirectShots',
     'candidates',
     'CandidateStrokes',
-    'predict_within_noise',
-    'NoisyBatch',
     'invert_strike',
     'collide',
     'Body',
@@ -73,7 +73,7 @@ _HOMES = {
     'Stroke': 'shot.stroke',
     'predict': 'shot.predict',
     'predict_batch': 'shot.predict',
-    'BatchResult': 'shot.predict',
+    'StrokeBatch': 'shot.stroke_batch',
     'lowest_elevation': 'shot.refusals',
     'Shot': 'shot.shot',
     'load_shot': 'shot.replay',
@@ -99,7 +99,6 @@ _HOMES = {
     'candidates': 'planning.candidate_strokes',
     'CandidateStrokes': 'planning.candidate_strokes',
     'predict_within_noise': 'planning.within_noise',
-    'NoisyBatch': 'planning.within_noise',
     'DirectShots': 'planning.shots',
     'invert_strike': 'planning.inverse',
     'collide': 'impact.collide',

@@ -183,6 +183,11 @@ class BatchRecording(NamedTuple):
         The strike on the last table with its N contacts, as far as there was room.
     losses : (N, 2) float array
         At these contacts, to restitution and to friction [J].
+    status : (tables,) int array
+        Status: of the table or, if a stroke is played on it, of both (shot/play.py).
+    error, discontinuity : (tables,) float arrays
+        Of a stroke that is played accurately: estimate of the error of the trajectory, and how far
+        its end jumps [m]; else 0.
 
     """
 
@@ -194,6 +199,13 @@ class BatchRecording(NamedTuple):
     cues: NDArray[np.void]
     log: NDArray[np.void]
     losses: NDArray[np.float64]
+    status: NDArray[np.int64]
+    error: NDArray[np.float64]
+    discontinuity: NDArray[np.float64]
+
+
+# Of a `BatchRecording`: those that have a row for each table.
+COLUMNS = 'balls', 'tables', 'places', 'cues', 'status', 'error', 'discontinuity'
 
 
 def run_one(task: TableTask, names: tuple[str, ...]) -> TableRun:
@@ -318,9 +330,10 @@ def run_tables(
     cues = as_rows(CueRecord, beginnings.cues)
     log, losses = strike_details(cues, room) if phases and len(cues) else (NO_LOG, NO_LOSSES)
     _thread.kept[storage, count, with_cue] = kept  # not after an exception
+    outcomes = as_rows(TableOutcome, ends)
     return BatchRecording(
         as_rows(BallOutcome, balls).reshape(tables, count),
-        as_rows(TableOutcome, ends),
+        outcomes,
         as_rows(SegmentRecord, simulation.segments[: int(progress['segments'])]),
         EventLog(
             as_rows(EventRecord, simulation.events[:logged]),
@@ -330,6 +343,9 @@ def run_tables(
         cues,
         log,
         losses,
+        outcomes['status'],
+        error=np.zeros(tables),
+        discontinuity=np.zeros(tables),
     )
 
 
@@ -601,12 +617,10 @@ def run_many(task: TableTask, names: tuple[str, ...], workers: int | None = None
 
 def joined(parts: list[BatchRecording]) -> BatchRecording:
     """Put tables one after the other that were simulated in parts, without their motion."""
-    return parts[0]._replace(
-        balls=np.concatenate([part.balls for part in parts]),
-        tables=np.concatenate([part.tables for part in parts]),
-        places=np.concatenate([part.places for part in parts]),
-        cues=np.concatenate([part.cues for part in parts]),
-    )
+    columns: dict[str, Any] = {
+        name: np.concatenate([getattr(part, name) for part in parts]) for name in COLUMNS
+    }
+    return parts[0]._replace(**columns)
 
 
 def batch_of(played: BatchRecording, names: tuple[str, ...]) -> TableBatch:
@@ -619,7 +633,7 @@ def batch_of(played: BatchRecording, names: tuple[str, ...]) -> TableBatch:
         pocket=balls['pocket'],
         first_met=balls['first_contact'],
         duration=tables['duration'],
-        status=tables['status'].astype(np.uint16),
+        status=played.status.astype(np.uint16),
         events=tables['events'],
         searches=tables['searches'],
         cue_hits=tables['cue_hits'],
