@@ -25,7 +25,8 @@ if TYPE_CHECKING:
     from billiard_shot.status import Status
     from billiard_shot.table.motion import Motion
     from billiard_shot.table.run import TableRun
-    from billiard_shot.table.simulate import simulate, simulate_batch, TableBatch
+    from billiard_shot.table.simulate import simulate, simulate_batch
+    from billiard_shot.table.table_batch import TableBatch
     from billiard_shot.table.table_states import TableStates
     from billiard_shot.table.trajectory import BallState, EventKind, Trajectory
 
@@ -89,7 +90,7 @@ _HOMES = {
     'EventKind': 'table.trajectory',
     'simulate': 'table.simulate',
     'simulate_batch': 'table.simulate',
-    'TableBatch': 'table.simulate',
+    'TableBatch': 'table.table_batch',
     'TableStates': 'table.table_states',
     'TableRun': 'table.run',
     'plan': 'planning.plan',

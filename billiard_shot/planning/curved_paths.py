@@ -25,7 +25,7 @@ from billiard_shot.shot.play import play_by
 from billiard_shot.shot.setting import alone
 from billiard_shot.shot.stroke import vectors_of
 from billiard_shot.status import Status
-from billiard_shot.table.simulate import run_recorded
+from billiard_shot.table.task import run_recorded
 from billiard_shot.table.trajectory import Trajectory
 
 SIDE_FACTORS = (-0.9, -0.6, -0.3, 0.0, 0.3, 0.6, 0.9)  # a and b relative to the largest offset

@@ -19,8 +19,9 @@ from billiard_shot.shot.stroke import vectors_of
 from billiard_shot.status import Status
 from billiard_shot.table.event_loop import BallOutcome, TableOutcome
 from billiard_shot.table.motion import SegmentRecord
-from billiard_shot.table.simulate import batch_of, BatchRecording, run_recorded, TableBatch
 from billiard_shot.table.simulation_state import BallRule
+from billiard_shot.table.table_batch import batch_of, TableBatch
+from billiard_shot.table.task import BatchRecording, run_recorded
 
 # A planned stroke may end with these, but not in a miscue: a sliding tip is not repeatable.
 USABLE_STATUSES = (Status.OK, Status.INFINITE_SEQUENCE, Status.TOLERANCE_NOT_REACHED)

@@ -18,8 +18,8 @@ from billiard_shot.shot.setting import setting_of
 from billiard_shot.shot.strike import reaching_speed
 from billiard_shot.shot.stroke import playable_offsets, vectors_of
 from billiard_shot.shot.stroke_batch import StrokeBatch
-from billiard_shot.table.simulate import in_threads, INTERPRETED_AT_MOST
 from billiard_shot.table.table_states import TableStates
+from billiard_shot.table.threads import in_threads, INTERPRETED_AT_MOST
 
 
 def predict_within_noise(

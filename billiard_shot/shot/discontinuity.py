@@ -15,7 +15,7 @@ from billiard_shot.shot.model import StrikeModel
 from billiard_shot.shot.on_table import task_of
 from billiard_shot.shot.setting import alone
 from billiard_shot.status import MISS
-from billiard_shot.table.simulate import run_tables
+from billiard_shot.table.task import run_tables
 
 # Tolerances of the strike, relative to the stiffness: near enough to be on a jump.
 NEAR_A_JUMP = 10.0

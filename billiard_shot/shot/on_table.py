@@ -14,8 +14,8 @@ from billiard_shot.shot.mapped_strike import Mapped
 from billiard_shot.shot.model import StrikeModel
 from billiard_shot.shot.setting import alone, Setting
 from billiard_shot.shot.strike import cues_of
-from billiard_shot.table.simulate import run_tables, TableTask
 from billiard_shot.table.table_states import TableStates
+from billiard_shot.table.task import run_tables, TableTask
 
 
 def check_place(scene: Scene, centre: Array) -> None:

@@ -23,16 +23,9 @@ from billiard_shot.shot.setting import Setting, setting_of
 from billiard_shot.shot.stroke_batch import stroke_batch, StrokeBatch
 from billiard_shot.status import INFINITE_SEQUENCE, OK, TOLERANCE_NOT_REACHED
 from billiard_shot.table.motion import NOTHING
-from billiard_shot.table.simulate import (
-    BatchRecording,
-    COLUMNS,
-    in_threads,
-    INTERPRETED_AT_MOST,
-    joined,
-    run_tables,
-    TableTask,
-)
 from billiard_shot.table.table_states import TableStates
+from billiard_shot.table.task import BatchRecording, COLUMNS, joined, run_tables, TableTask
+from billiard_shot.table.threads import in_threads, INTERPRETED_AT_MOST
 
 CUSHION_SHARE = 0.5  # of the tolerance is set aside for cushions, which magnify errors
 # Share of the tolerance for a stroke that is played again: what it errs by is far below its share,

@@ -23,8 +23,9 @@ from billiard_shot.shot.stroke import (
 )
 from billiard_shot.shot.stroke_batch import StrokeBatch
 from billiard_shot.status import Status
-from billiard_shot.table.simulate import run_of, run_with_events
+from billiard_shot.table.simulate import run_of
 from billiard_shot.table.table_states import TableStates
+from billiard_shot.table.task import run_with_events
 
 
 def predict(

@@ -10,7 +10,8 @@ from billiard_shot.notebook import Shown
 from billiard_shot.scene import Scene
 from billiard_shot.status import MISS, Status
 from billiard_shot.table.data_frame import data_frame
-from billiard_shot.table.simulate import batch_of, BatchRecording, TableBatch
+from billiard_shot.table.table_batch import batch_of, TableBatch
+from billiard_shot.table.task import BatchRecording
 from billiard_shot.table.words import count_in_words
 
 

@@ -5,7 +5,7 @@ from billiard_shot.shot.model import cue_params, tip_reach
 from billiard_shot.table.cue import CueRecord
 from billiard_shot.table.initial_states import ball_starts
 from billiard_shot.table.model import ENDLESS
-from billiard_shot.table.simulate import run_tables, TableTask
+from billiard_shot.table.task import run_tables, TableTask
 
 
 def strike(model, places, axes, normals, speeds, table=ENDLESS):
