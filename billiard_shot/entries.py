@@ -12,7 +12,6 @@ ENTRY_GROUPS = (
         'billiard_shot.table.event_loop:simulate_tables',
         'billiard_shot.planning.score:score_tables',
         'billiard_shot.planning.direct_shots:find_direct_shots',
-        'billiard_shot.planning.mapped_starts:write_starts',
         'billiard_shot.planning.open_pockets:count_open_pockets',
         'billiard_shot.shot.strike:place_cues',
         'billiard_shot.shot.clear_elevation:write_clear_elevations',

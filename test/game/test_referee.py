@@ -22,7 +22,6 @@ from billiard_shot.game import (
 )
 from billiard_shot.game.batch_outcomes import rule_on
 from billiard_shot.game.spots import spotted
-from billiard_shot.status import Status
 
 TABLE = Scene.load('pool_table')
 EIGHT = start('eight_ball', TABLE, seed=3)
@@ -296,7 +295,7 @@ def test_a_simulated_batch_gets_the_rulings_of_its_shots():
     offsets[:, 4] = draw.uniform(0.3, 3.0, 40)
     calls = [Call(ball='3', pocket='foot_left')] * 40
     played = predict_batch(scene, offsets=offsets)
-    batch = rule_on(state, calls, played.run, played.status >= Status.MISS, played.double_hit)
+    batch = rule_on(state, calls, played)
     ruled = set()
     for i, row in enumerate(offsets.tolist()):
         one = judge(state, calls[i], predict(scene, Stroke.from_offsets(*row)))
