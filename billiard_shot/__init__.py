@@ -1,4 +1,4 @@
-"""Predicts what a billiard cue does to the ball: impact, flight, slide, roll, rest."""
+"""Simulates billiard shots: the strike of the cue, and all balls until they rest."""
 
 from importlib import import_module
 from typing import Any, TYPE_CHECKING

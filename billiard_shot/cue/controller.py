@@ -110,7 +110,7 @@ class Controller:
         """
         Start over while nothing moves, perhaps with other settings, as described for the class.
 
-        A latched state, the distrust of earlier messages and the ids of played shots stay.
+        A latched state and the ids of played shots stay; older messages stay invalid.
         """
         self.mechanism, self._scene, self.settings = mechanism, scene, settings
         self.estop.set_timeout(settings.estop_timeout)

@@ -173,7 +173,7 @@ def judge_batch(
 
 
 def _not_settled(ruling: Ruling, outcome: Outcome) -> Ruling:
-    """Take the balls that are gone from the state of a ruling."""
+    """Remove pocketed and lost balls from the state of a ruling."""
     gone = set() if ruling.restore else outcome.gone - set(ruling.spot)
     if ruling.state.in_hand:
         gone |= {CUE_BALL}

@@ -214,7 +214,7 @@ class State:
 
         """
         if not self.places_cue_ball:
-            raise ValueError('cue ball must not be placed: it is not in hand')
+            raise ValueError('the cue ball cannot be placed: it is not in hand')
         if why := self.no_place(x, y):
             raise ValueError(f'cue ball must be {why}, got ({x!r}, {y!r}) (m)')
         return replace(self, balls={**self.balls, CUE_BALL: (float(x), float(y))})

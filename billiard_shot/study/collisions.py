@@ -14,11 +14,11 @@ from billiard_shot.records import Array, Triple
 from billiard_shot.scene import Scene
 from billiard_shot.shot.model import strike_model, StrikeModel
 from billiard_shot.shot.stroke import Stroke
+from billiard_shot.table.cue_impact import UP
 
 # The paper's measured constants [kg, kg, m], and those of the contacts of tip and cloth.
 PAPER_BALL_MASS, PAPER_CUE_MASS, PAPER_BALL_RADIUS = 0.1673, 0.5018, 0.0286
 PAPER_FRICTION, PAPER_RESTITUTION = (0.4, 0.152479), (0.656532, 0.51625)
-UP = (0.0, 0.0, 1.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,7 +140,7 @@ def stacked(
     )
 
 
-def strike(
+def strike_of(
     normal: ArrayLike,
     direction: ArrayLike,
     speed: float = 1.0,
