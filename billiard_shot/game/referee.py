@@ -15,7 +15,7 @@ from billiard_shot.game.outcome import Outcome, outcome_of, ShotLike
 from billiard_shot.game.racking import rack_state
 from billiard_shot.game.ruling import Foul, Ruling
 from billiard_shot.game.spots import spotted
-from billiard_shot.game.state import State
+from billiard_shot.game.state import added, State
 from billiard_shot.scene.errors import refused
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.scene.values import as_float
@@ -121,9 +121,7 @@ def _with_time_taken(state: State, seconds: float) -> State:
         raise refused(seconds, 'a finite number at least 0', 'seconds', 's')
     if state.time_left is None:
         return state
-    one, two = state.time_left
-    left = (one - seconds, two) if state.player == 0 else (one, two - seconds)
-    return replace(state, time_left=left)
+    return replace(state, time_left=added(state.time_left, state.player, -seconds))
 
 
 def _check_is_next(state: State, what: str, *, is_next: bool) -> None:
