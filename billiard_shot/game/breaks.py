@@ -14,7 +14,7 @@ from billiard_shot.game.clearance import raised
 from billiard_shot.game.game import start
 from billiard_shot.game.state import State
 from billiard_shot.game.valuation import values
-from billiard_shot.planning.strikes import motions_after
+from billiard_shot.planning.strikes import strike_alone
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL
@@ -103,9 +103,9 @@ def break_racks(scene: Scene, game: str, strokes: Array, seeds: range) -> RuledB
     draws = [np.random.default_rng(seed).standard_normal(5) for seed in seeds]
     errors = np.array(draws) * scene.noise.sigmas(scene.ball.radius)
     played = with_errors(strokes[:, np.newaxis, 2:], errors).reshape(-1, 5)
-    motion = motions_after(scene, model_of(scene), played)
+    struck = strike_alone(model_of(scene), played)
     tables = TableStates(names, position.reshape(-1, len(names), 3))
-    tables.velocity[:, 0], tables.spin[:, 0] = motion[:, :3], motion[:, 3:] / scene.ball.radius
+    tables.velocity[:, 0], tables.spin[:, 0] = struck.velocity, struck.surface / scene.ball.radius
     run = simulate_batch(scene, tables)
-    refused = ~np.isfinite(motion[:, 0])
-    return rule_on(states[0], [NO_CALL] * len(motion), run, refused, run.cue_hits > 0)
+    refused = np.isnan(struck.cue_speed)
+    return rule_on(states[0], [NO_CALL] * len(played), run, refused, run.cue_hits > 0)

@@ -16,7 +16,7 @@ from billiard_shot.game.valuation import (
     shots_left,
 )
 from billiard_shot.planning.shots import DirectShots, shots
-from billiard_shot.planning.strikes import unit_speed_strikes
+from billiard_shot.planning.strikes import strike_alone
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL
@@ -31,7 +31,9 @@ STROKES = np.array(
     [(0.0, b, speed) for b in (0.0, 0.3, -0.3) for speed in (1.0, 1.6)]
     + [(0.25, 0.1, 1.0), (-0.25, 0.1, 1.0)]
 )
-LIFT_STEP = 0.02  # rad: elevations are rounded to multiples of it, so that few strikes are solved
+# Elevations [rad] and speeds [m/s] are rounded to multiples of these, so that few strikes are
+# solved. The ball's velocity over the speed of the cue changes by about 0.3 % for each m/s.
+LIFT_STEP, SPEED_STEP = 0.02, 0.5
 
 
 class Followed(NamedTuple):
@@ -96,15 +98,17 @@ def _follow(scene: Scene, states: TableStates, direct: DirectShots) -> Followed:
     offsets = direct.offsets[shot]
     speed = np.minimum(offsets[:, SPEED] * factor, scene.robot.speed_max)
     lifts = np.round(offsets[:, ELEVATION] / LIFT_STEP) * LIFT_STEP
-    different, number = np.unique(np.column_stack([a, b, lifts]), axis=0, return_inverse=True)
-    motion = np.nan_to_num(unit_speed_strikes(scene, model_of(scene), different))[number.ravel()]
-    motion[:, 3:] /= scene.ball.radius
-    turn = offsets[:, AZIMUTH] - np.arctan2(motion[:, 1], motion[:, 0])
+    near = np.maximum(np.round(speed / SPEED_STEP), 1.0) * SPEED_STEP
+    strokes = np.column_stack([a, b, lifts, np.zeros(len(near)), near])
+    different, number = np.unique(strokes, axis=0, return_inverse=True)
+    struck = strike_alone(model_of(scene), different)
+    velocity, surface, _, _ = (each[number.ravel()] for each in struck)
+    turn = offsets[:, AZIMUTH] - np.arctan2(velocity[:, 1], velocity[:, 0])
     sine, cosine = np.sin(turn), np.cos(turn)
     cue = states.names.index(CUE_BALL)
     after = states.take(row)
-    for field, first in ((after.velocity, 0), (after.spin, 3)):
-        x, y, z = motion[:, first : first + 3].T * speed
+    for field, motion in ((after.velocity, velocity), (after.spin, surface / scene.ball.radius)):
+        x, y, z = np.nan_to_num(motion).T * speed / near
         field[:, cue] = np.column_stack([cosine * x - sine * y, sine * x + cosine * y, z])
     return Followed(row, shot, after)
 

@@ -24,7 +24,7 @@ from billiard_shot.gym.rendering import (
     render_mode_of,
     RENDER_MODES,
 )
-from billiard_shot.planning.strikes import motions_after
+from billiard_shot.planning.strikes import strike_alone
 from billiard_shot.scene import SceneLike
 from billiard_shot.scene.player import with_errors
 from billiard_shot.scene.rack import Place
@@ -121,8 +121,8 @@ class PracticeVectorEnv(VectorEnv[Any, Any, Any]):
         sigmas = scene.noise.sigmas(radius)
         errors = sigmas * self.np_random.standard_normal((self.num_envs, 5))
         strokes = with_errors(strokes_of(scene, actions), errors)
-        motion = motions_after(scene, model_of(scene), strokes)
-        tables.velocity[:, cue], tables.spin[:, cue] = motion[:, :3], motion[:, 3:] / radius
+        struck = strike_alone(model_of(scene), strokes)
+        tables.velocity[:, cue], tables.spin[:, cue] = struck.velocity, struck.surface / radius
         played = simulate_batch(scene, tables)
         fallen = (played.pocket != NOTHING)[:, 1:].sum(axis=1)
         scratched = (played.pocket[:, cue] != NOTHING) | played.off_table.any(axis=1)
