@@ -1,7 +1,9 @@
-"""Predicts what a billiard cue does to the ball: impact, flight, slide, roll, rest."""
+"""Simulates billiard shots: the strike of the cue, and all balls until they rest."""
 
 from importlib import import_module
 from typing import Any, TYPE_CHECKING
+
+from billiard_shot.notebook import Shown
 
 if TYPE_CHECKING:
     from billiard_shot.impact.bodies import Body, Contact
@@ -14,6 +16,7 @@ if TYPE_CHECKING:
     from billiard_shot.planning.within_noise import NoisyBatch, predict_within_noise
     from billiard_shot.scene import Scene
     from billiard_shot.scene.errors import InputError
+    from billiard_shot.shot.aim import aim
     from billiard_shot.shot.analysis import effects_of, sensitivity_of
     from billiard_shot.shot.effects import Effect
     from billiard_shot.shot.predict import BatchResult, predict, predict_batch
@@ -31,6 +34,7 @@ if TYPE_CHECKING:
 __all__ = [
     'Scene',
     'Stroke',
+    'aim',
     'predict',
     'predict_batch',
     'Shot',
@@ -71,6 +75,7 @@ __all__ = [
 _HOMES = {
     'Scene': 'scene',
     'Stroke': 'shot.stroke',
+    'aim': 'shot.aim',
     'predict': 'shot.predict',
     'predict_batch': 'shot.predict',
     'BatchResult': 'shot.predict',
@@ -117,6 +122,14 @@ def __getattr__(name: str) -> Any:
         raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
     globals()[name] = value
     return value
+
+
+def _html_of(thing: object) -> str:
+    html: str = import_module(f'{__name__}.pictures.notebook').html_of(thing)
+    return html
+
+
+Shown.html_of = _html_of
 
 
 def __dir__() -> list[str]:

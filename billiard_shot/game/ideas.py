@@ -5,7 +5,6 @@ from numpy.typing import NDArray
 
 from billiard_shot.game.call import Call, NO_CALL
 from billiard_shot.game.clearance import raised
-from billiard_shot.game.game import find_game
 from billiard_shot.game.placing import call_of
 from billiard_shot.game.rating import Idea, play_strokes, Position, rule_strokes
 from billiard_shot.game.safe_stroke import all_round, towards
@@ -113,7 +112,7 @@ def _aimed(
 def indirect_pots(position: Position) -> list[Idea]:
     """Search for combinations, kicks and banks that keep the turn."""
     state, scene = position
-    rules = find_game(state.game)
+    rules = state.game
     wanted = rules.targets(state) if rules.calls else state.object_balls
     constraints = {'first_contact': rules.targets(state)}
     try:
@@ -140,7 +139,7 @@ def safeties(position: Position) -> list[Idea]:
     state, scene = position
     x, y = state.balls[CUE_BALL]
     near = sorted(
-        find_game(state.game).targets(state),
+        state.game.targets(state),
         key=lambda ball: np.hypot(state.balls[ball][0] - x, state.balls[ball][1] - y),
     )
     offsets = np.concatenate([towards(scene, tuple(near[:SAFETY_BALLS])), all_round(scene)])

@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.game.batch_outcomes import RuledBatch
-from billiard_shot.game.game import find_game
 from billiard_shot.game.state import State
 from billiard_shot.game.valuation import (
     at_table,
@@ -134,7 +133,7 @@ def _values_after(
         if after[-1].object_balls:
             masks[rows] = may_pot(after[-1], ends.names)
     chance = shots(scene, ends, masks).best
-    game = find_game(batch.after[0].game)
+    game = batch.after[0].game
     missed = miss_value(game, shots_left(scene, batch.after, batch.kind, batch.states))
     p = direct.chance[followed.shot]
     then = at_table(chance, game, shots_left(scene, after, kind, ends))

@@ -8,7 +8,7 @@ from gymnasium.vector.utils import batch_space
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from billiard_shot.game.game import start
+from billiard_shot.game.racking import start
 from billiard_shot.gym.actions import (
     action_space,
     checked_actions,

@@ -1,4 +1,4 @@
-"""predict() and predict_batch(): what a stroke, or many, does to the cue ball."""
+"""predict() and predict_batch() simulate a shot, or many."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -38,9 +38,7 @@ def predict(
     position: Sequence[float] | NDArray[np.float64] | None = None,
 ) -> Shot:
     """
-    Predict what a stroke does to the cue ball, from the impact to rest.
-
-    In a scene with a table or other balls, also to all that it meets.
+    Simulate a shot: the strike, and all balls until they rest.
 
     Parameters
     ----------

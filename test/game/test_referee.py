@@ -72,7 +72,7 @@ def test_a_state_is_saved_and_loaded(game, tmp_path):
         ('choices', ('accept',) * 100_000, 'each at most once'),
         ('choices', 'accept', 'each at most once'),
         ('game', '../../x', 'or a module such as package.module'),
-        ('game', 'practice\x1b[2J', 'of at most 64 printable characters'),
+        ('game', 'practice\x1b[2J', 'or a module such as package.module'),
         ('balls', {'1': (0, 0), '16': (0.5, 0)}, "14, 15, got '16'"),
         ('balls', {str(i): (0.0, 0.0) for i in range(100_000)}, "got '0'"),
         ('balls', {'\x1b[2J': (0.0, 0.0)}, 'of at most 64 printable characters'),
