@@ -1,13 +1,13 @@
 """
 Paths past balls that block the direct route: curves and massés around them, jumps over them.
 
-The path of a ball on a cloth scales with the square of its speed: at twice the speed it has the
-same shape and is four times as large. The ball's speed and spin are nearly proportional to the
-speed of the cue. Paths along +x at a few of its speeds therefore serve all speeds and directions:
-a path of a speed nearby is scaled, and turned so that it goes through the waypoint.
+The path of a ball on a cloth scales with the square of the cue speed: at twice the speed it has
+the same shape and is four times as large. One path for each pair of offsets and each elevation
+therefore serves all speeds and directions: the path at 1 m/s along +x is scaled and turned so that
+it goes through the waypoint.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 import math
 from typing import NamedTuple
 
@@ -32,40 +32,25 @@ HEIGHT_FACTORS = (-0.8, -0.4, 0.0, 0.4, 0.8)
 CURVE_ELEVATIONS = tuple(
     math.radians(degrees) for degrees in (4, 9, 15, 22, 30, 38, 46, 54, 62, 70, 78)
 )
-SPEED_COUNT_OF_CURVES, LIBRARIES = 14, 2
+SPEED_COUNT_OF_CURVES = 14
 # A path is approximated by lines: number for each of its first segments, number of these segments,
 # and number for all other segments together.
 LINES_PER_SEGMENT, DENSE_SEGMENTS, COARSE_LINES = 6, 6, 12
 MAX_SEGMENTS = 40  # of a path
-CURVE_TOLERANCE = 1e-4  # m, of a path
+CURVE_TOLERANCE = 1e-4  # m, of a path at 1 m/s
 PATH_POINTS = LINES_PER_SEGMENT * DENSE_SEGMENTS + COARSE_LINES + 1  # points of a path
 MIN_CLEARANCE = 0.003  # m, of a path from other balls
 MAX_ARRIVAL_HEIGHT = 0.8  # ball radii above the cloth: a higher ball does not hit another one well
 
 
 class StrikeLibrary(NamedTuple):
-    """Strikes of a cue along +x, and the paths of the ball on an endless cloth."""
+    """Strikes of a cue at 1 m/s along +x, and the paths of the ball on an endless cloth."""
 
-    speed: float  # m/s
     offsets: Array  # (n, 3) a, b and elevation
     paths: Array  # (n, PATH_POINTS, 3) m relative to the start; z is 0 on the cloth
 
 
-def curve_speeds(problem: Problem) -> Array:
-    """Choose speeds [m/s] of curves within the limits, from slow to fast."""
-    robot = problem.limits.robot
-    slowest = min(max(0.6, robot.speed_min), robot.speed_max)
-    speeds: Array = np.geomspace(slowest, robot.speed_max, SPEED_COUNT_OF_CURVES)
-    return speeds
-
-
-def build_libraries(problem: Problem) -> list[StrikeLibrary]:
-    """Simulate strikes at speeds in the middle of parts of `curve_speeds`."""
-    parts = np.array_split(curve_speeds(problem), LIBRARIES)
-    return [_library(problem, math.sqrt(part[0] * part[-1])) for part in parts]
-
-
-def _library(problem: Problem, speed: float) -> StrikeLibrary:
+def build_strike_library(problem: Problem) -> StrikeLibrary:
     """Simulate strikes on a grid of offsets and elevations within the limits."""
     robot = problem.limits.robot
     low, high = problem.limits.elevations
@@ -79,10 +64,11 @@ def _library(problem: Problem, speed: float) -> StrikeLibrary:
             if math.hypot(side, height) <= 1.0
         ]
     ).reshape(-1, 3)
-    strokes = np.column_stack([offsets, np.zeros(len(offsets)), np.full(len(offsets), speed)])
+    strokes = np.column_stack([offsets, np.zeros(len(offsets)), np.ones(len(offsets))])
     normals, velocities = vectors_of(strokes)
     centre = np.array([0.0, 0.0, problem.radius])
-    library = Strokes(problem.model, normals, velocities, centre)
+    model = problem.model._replace(follow_through=0.0)  # double hits do not scale with the speed
+    library = Strokes(model, normals, velocities, centre)
     run = run_recorded(table_task(library, CURVE_TOLERANCE))
     ends = run.tables['segments']
     rests = (run.cues['status'] == Status.OK) & (run.tables['status'] == Status.OK)
@@ -90,7 +76,7 @@ def _library(problem: Problem, speed: float) -> StrikeLibrary:
     motions = np.split(run.segments, ends[:-1])
     paths = [Trajectory(motions[i].copy()) for i in kept]
     places = [path.at(_times(path)).position - centre for path in paths]
-    return StrikeLibrary(speed, offsets[kept], np.array(places).reshape(-1, PATH_POINTS, 3))
+    return StrikeLibrary(offsets[kept], np.array(places).reshape(-1, PATH_POINTS, 3))
 
 
 def _times(path: Trajectory) -> Array:
@@ -107,18 +93,19 @@ def _times(path: Trajectory) -> Array:
 
 def curved_candidates(
     problem: Problem,
-    libraries: Sequence[StrikeLibrary],
+    strikes: StrikeLibrary,
     point: Waypoint,
     count: int,
     goes_on: Callable[[], bool],
 ) -> Candidates:
     """Find up to `count` strokes whose paths reach a waypoint clear of all other balls."""
+    robot = problem.limits.robot
+    slowest = min(max(0.6, robot.speed_min), robot.speed_max)
     found, spreads = [np.empty((0, 5))], [np.empty(0)]
-    for speed in curve_speeds(problem):
+    for speed in np.geomspace(slowest, robot.speed_max, SPEED_COUNT_OF_CURVES):
         if not goes_on():
             break
-        strikes = min(libraries, key=lambda each: abs(math.log(each.speed / speed)))
-        paths = strikes.paths * (speed / strikes.speed) ** 2
+        paths = strikes.paths * speed**2
         azimuth, clear, cut, length = _turn_through(problem, paths, point)
         fit = np.flatnonzero(clear & (cut > MIN_CUT_COSINE))
         found.append(

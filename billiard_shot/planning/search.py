@@ -21,7 +21,7 @@ from billiard_shot.planning.candidates import (
     spread_azimuth,
 )
 from billiard_shot.planning.cross_entropy import Population, population_of, refine
-from billiard_shot.planning.curved_paths import build_libraries, curved_candidates
+from billiard_shot.planning.curved_paths import build_strike_library, curved_candidates
 from billiard_shot.planning.evaluate import Outcomes
 from billiard_shot.planning.places import draw_places, for_each
 from billiard_shot.planning.problem import Problem
@@ -211,10 +211,10 @@ def _curved_candidates(problem: Problem, runner: Runner, points: list[Waypoint])
     points = sorted(points, key=lambda point: point.after)[:CURVED_POINTS]
     if not points:
         return candidates_along(problem, [])
-    libraries = build_libraries(problem)
+    strikes = build_strike_library(problem)
     count = CURVED_COUNT // len(points)
     curves = [
-        curved_candidates(problem, libraries, each, count, runner.goes_on) for each in points
+        curved_candidates(problem, strikes, each, count, runner.goes_on) for each in points
     ]
     return spread_azimuth(concatenate(curves))
 
