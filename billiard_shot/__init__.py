@@ -13,21 +13,23 @@ if TYPE_CHECKING:
     from billiard_shot.planning.plan import plan
     from billiard_shot.planning.result import PlanResult, RankedStroke
     from billiard_shot.planning.shots import DirectShots, shots
-    from billiard_shot.planning.within_noise import NoisyBatch, predict_within_noise
+    from billiard_shot.planning.within_noise import predict_within_noise
     from billiard_shot.scene import Scene
     from billiard_shot.scene.errors import InputError
     from billiard_shot.shot.aim import aim
     from billiard_shot.shot.analysis import effects_of, sensitivity_of
     from billiard_shot.shot.effects import Effect
-    from billiard_shot.shot.predict import BatchResult, predict, predict_batch
+    from billiard_shot.shot.predict import predict, predict_batch
     from billiard_shot.shot.refusals import lowest_elevation
     from billiard_shot.shot.replay import load_shot, save_shot
     from billiard_shot.shot.shot import Shot
     from billiard_shot.shot.stroke import Stroke
+    from billiard_shot.shot.stroke_batch import StrokeBatch
     from billiard_shot.status import Status
     from billiard_shot.table.motion import Motion
     from billiard_shot.table.run import TableRun
-    from billiard_shot.table.simulate import simulate, simulate_batch, TableBatch
+    from billiard_shot.table.simulate import simulate, simulate_batch
+    from billiard_shot.table.table_batch import TableBatch
     from billiard_shot.table.table_states import TableStates
     from billiard_shot.table.trajectory import BallState, EventKind, Trajectory
 
@@ -37,8 +39,9 @@ __all__ = [
     'aim',
     'predict',
     'predict_batch',
+    'predict_within_noise',
+    'StrokeBatch',
     'Shot',
-    'BatchResult',
     'lowest_elevation',
     'Status',
     'InputError',
@@ -63,8 +66,6 @@ __all__ = [
     'DirectShots',
     'candidates',
     'CandidateStrokes',
-    'predict_within_noise',
-    'NoisyBatch',
     'invert_strike',
     'collide',
     'Body',
@@ -78,7 +79,7 @@ _HOMES = {
     'aim': 'shot.aim',
     'predict': 'shot.predict',
     'predict_batch': 'shot.predict',
-    'BatchResult': 'shot.predict',
+    'StrokeBatch': 'shot.stroke_batch',
     'lowest_elevation': 'shot.refusals',
     'Shot': 'shot.shot',
     'load_shot': 'shot.replay',
@@ -94,7 +95,7 @@ _HOMES = {
     'EventKind': 'table.trajectory',
     'simulate': 'table.simulate',
     'simulate_batch': 'table.simulate',
-    'TableBatch': 'table.simulate',
+    'TableBatch': 'table.table_batch',
     'TableStates': 'table.table_states',
     'TableRun': 'table.run',
     'plan': 'planning.plan',
@@ -104,7 +105,6 @@ _HOMES = {
     'candidates': 'planning.candidate_strokes',
     'CandidateStrokes': 'planning.candidate_strokes',
     'predict_within_noise': 'planning.within_noise',
-    'NoisyBatch': 'planning.within_noise',
     'DirectShots': 'planning.shots',
     'invert_strike': 'planning.inverse',
     'collide': 'impact.collide',

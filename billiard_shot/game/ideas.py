@@ -122,15 +122,14 @@ def indirect_pots(position: Position) -> list[Idea]:
     offsets = found.offsets[found.penalty == 0.0]
     if not len(offsets):
         return []
-    result = predict_within_noise(scene, offsets)
-    run = result.run
+    run = predict_within_noise(scene, offsets)
     balls = [run.names.index(ball) for ball in wanted]
     first = np.argmax(run.pocket[:, balls] != NOTHING, axis=1)
     calls = [
         Call(ball=wanted[i], pocket=POCKET_NAMES[row[balls[i]]]) if row[balls[i]] >= 0 else NO_CALL
         for i, row in zip(first.tolist(), run.pocket.tolist(), strict=True)
     ]
-    _, kept, value = rule_strokes(position, result, calls)
+    _, kept, value = rule_strokes(position, run, calls)
     return _ideas(position, offsets, calls, (kept * value)[:, 0] * INDIRECT_CHANCE)
 
 

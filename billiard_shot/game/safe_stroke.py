@@ -46,7 +46,7 @@ def hit_something(scene: Scene, state: State) -> Decision:
     """Decide on any stroke that meets a legal ball first; none if there is no such stroke."""
     targets = state.game.targets(state)
     for offsets in (towards(scene, targets), all_round(scene)):
-        run = predict_batch(scene, offsets=offsets).run
+        run = predict_batch(scene, offsets=offsets)
         wanted = [run.names.index(ball) for ball in targets]
         legal = np.flatnonzero(np.isin(run.first_met[:, run.names.index(CUE_BALL)], wanted))
         if len(legal):

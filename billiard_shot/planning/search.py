@@ -213,9 +213,7 @@ def _curved_candidates(problem: Problem, runner: Runner, points: list[Waypoint])
         return candidates_along(problem, [])
     strikes = build_strike_library(problem)
     count = CURVED_COUNT // len(points)
-    curves = [
-        curved_candidates(problem, strikes, each, count, runner.goes_on) for each in points
-    ]
+    curves = [curved_candidates(problem, strikes, each, count, runner.goes_on) for each in points]
     return spread_azimuth(concatenate(curves))
 
 

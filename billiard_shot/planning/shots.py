@@ -34,8 +34,8 @@ from billiard_shot.table.data_frame import data_frame
 from billiard_shot.table.effects import params_on_table
 from billiard_shot.table.geometry import lay_out, POCKETS
 from billiard_shot.table.run import POCKET_NAMES
-from billiard_shot.table.simulate import in_threads, INTERPRETED_AT_MOST
 from billiard_shot.table.table_states import ManyStates, table_states, TableStates
+from billiard_shot.table.threads import in_threads, INTERPRETED_AT_MOST
 
 OFFSET = 0.02  # ball radii: error of a whose effect is extrapolated
 

@@ -21,18 +21,11 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.planning.mapped_starts import (
-    EXPONENTS,
-    Mapped,
-    MOTION,
-    SOLVED,
-    TERMS,
-    VARIED,
-)
 from billiard_shot.planning.statistics import quasi_random
 from billiard_shot.planning.strikes import strike_alone
 from billiard_shot.records import Array
 from billiard_shot.scene.player import A, AZIMUTH, B, SPEED
+from billiard_shot.shot.mapped_strike import EXPONENTS, Mapped, MOTION, SOLVED, TERMS, VARIED
 from billiard_shot.shot.model import StrikeModel
 
 # Of the largest cells: a and b (ball radii), elevation (rad), speed (m/s).
@@ -139,7 +132,7 @@ class Maps:
         corners = np.array([cell[1:] for cell in used], float).reshape(-1, len(SIZES))
         coefficients = [self.fits[cell].coefficients for cell in used]
         stacked = np.array(coefficients).reshape(-1, TERMS, MOTION)
-        return Mapped(number, (corners + 0.5) * sizes, 0.5 * sizes, stacked)
+        return Mapped(strokes, number, (corners + 0.5) * sizes, 0.5 * sizes, stacked)
 
 
 @lru_cache(maxsize=8)

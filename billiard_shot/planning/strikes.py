@@ -8,8 +8,7 @@ from numpy.typing import NDArray
 from billiard_shot.records import Array
 from billiard_shot.scene.player import AZIMUTH
 from billiard_shot.shot.model import StrikeModel
-from billiard_shot.shot.on_table import strike_batch
-from billiard_shot.shot.strike import Strokes
+from billiard_shot.shot.on_table import strike
 from billiard_shot.shot.stroke import vectors_of
 from billiard_shot.status import Status
 
@@ -46,13 +45,11 @@ class Struck(NamedTuple):
 
 def strike_alone(model: StrikeModel, strokes: Array) -> Struck:
     """Strike the ball with strokes (n, 5), see `vectors_of`."""
-    radius = model.surface.radius
-    centre = np.array([0.0, 0.0, radius])
-    cues = strike_batch(Strokes(model, *vectors_of(strokes), centre), STRIKE_TOLERANCE).cues
+    cues = strike(model, *vectors_of(strokes), STRIKE_TOLERANCE)
     played = np.where(cues['status'] < Status.MISS, 1.0, np.nan)
     regular = (cues['status'] == Status.OK) & ~cues['miscue'] & (cues['hits'] == 1)
     velocity, spin = (played[:, np.newaxis] * cues[name] for name in ('velocity', 'spin'))
-    return Struck(velocity, radius * spin, played * cues['speed'], regular)
+    return Struck(velocity, model.surface.radius * spin, played * cues['speed'], regular)
 
 
 def along_azimuth(model: StrikeModel, strokes: Array) -> Array:

@@ -17,7 +17,7 @@ from billiard_shot.shot.stroke import read_angle, read_numbers, Stroke
 from billiard_shot.table.outline import outline_of
 from billiard_shot.table.run import POCKET_NAMES
 
-ROOM_SIGMAS = 3.0  # standard deviations of a player's errors for which the cue has room
+CLEARANCE_SIGMAS = 3.0  # standard deviations of a player's errors for which the cue has room
 AimTarget = str | Sequence[float]  # a ball, or x and y of a point [m]
 
 
@@ -95,7 +95,7 @@ def aim(
         cut = cut_for_pocket(scene, target, pocket)
     azimuth = azimuth_at(scene, target, cut)
     if elevation is None:
-        elevation = _elevation_with_room(scene, a, b, azimuth, speed, margin)
+        elevation = _lowest_clear(scene, a, b, azimuth, speed, margin)
     stroke = Stroke.from_offsets(a, b, elevation, azimuth, speed)
     if correct_squirt:
         stroke = Stroke.from_offsets(a, b, elevation, azimuth - squirt_of(scene, stroke), speed)
@@ -174,13 +174,14 @@ def squirt_of(scene: Scene, stroke: Stroke) -> float:
     return math.remainder(_heading(alone.velocity) - azimuth, math.tau)
 
 
-def _elevation_with_room(
+def _lowest_clear(
     scene: Scene, a: float, b: float, azimuth: float, speed: float, margin: float | None
 ) -> float:
     """Find the lowest elevation that leaves a margin, or room for the errors of the player."""
     low = b
     if margin is None:
-        _, b_error, margin, _, _ = (ROOM_SIGMAS * scene.noise.sigmas(scene.ball.radius)).tolist()
+        sigmas = scene.noise.sigmas(scene.ball.radius)
+        _, b_error, margin, *_ = (CLEARANCE_SIGMAS * sigmas).tolist()
         low -= b_error
     rows = [[a, each, 0.0, azimuth, speed] for each in (b, low)]
     found = lowest_elevation(scene, rows, margin=margin).tolist()

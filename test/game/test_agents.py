@@ -222,9 +222,9 @@ def test_a_scratch_that_restores_the_table_leaves_it_to_the_other_player():
     )
     follow = [[0.0, 0.5, 0.1, np.pi / 4, speed] for speed in (1.5, 2.0)]
     played = predict_batch(replace(TABLE, balls=balls), offsets=follow)
-    assert played.run.pocketed == 2 * ({'1': 'foot_left', 'cue': 'foot_left'},)
+    assert played.pocketed == 2 * ({'1': 'foot_left', 'cue': 'foot_left'},)
     calls = [Call(ball='1', pocket='foot_left')] * 2
-    scratched = rule_on(state, calls, played.run, np.zeros(2, bool), played.double_hit)
+    scratched = rule_on(state, calls, played)
     same = RuledBatch((Ruling(replace(state, player=1)),), np.zeros(1, int), placed(state))
     expected = 1.0 - values(TABLE, 1, same)
     assert 0.0 < expected < 1.0
