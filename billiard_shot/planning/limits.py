@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.planning.strikes import wrapped
+from billiard_shot.numerics.angles import wrapped
 from billiard_shot.records import Array
 from billiard_shot.scene import Noise, Robot, Scene
 from billiard_shot.scene.checks import read

@@ -15,12 +15,6 @@ from billiard_shot.status import Status
 STRIKE_TOLERANCE = 1e-11  # m
 
 
-def wrapped(angles: Array) -> Array:
-    """Return the same angles from -pi to pi."""
-    within: Array = np.remainder(angles + np.pi, 2.0 * np.pi) - np.pi
-    return within
-
-
 def unit_speed_strikes(scene: Scene, model: StrikeModel, offsets: Array) -> Array:
     """
     Solve strikes with a cue speed of 1 m/s and azimuth 0.
