@@ -14,4 +14,5 @@ Angle = TypeVar('Angle', float, NDArray[np.float64])
 @inner
 def wrapped(angle: Angle) -> Angle:
     """Return the same angle above -pi and up to pi [rad], or the same angles (n,)."""
-    return angle + math.tau * ((math.pi - angle) // math.tau)
+    turned: Angle = angle + math.tau * np.floor((math.pi - angle) / math.tau)
+    return turned
