@@ -15,7 +15,7 @@ package_name = 'billiard_shot'
 setup(
     name=package_name,
     version='0.1.0',
-    description='Predicts what a billiard cue does to the ball',
+    description='Simulates billiard shots: the strike of the cue, and all balls until they rest',
     long_description=Path(__file__).resolve().with_name('README.md').read_text(encoding='utf-8'),
     long_description_content_type='text/markdown',
     keywords=['ROS', 'billiards', 'pool', 'impact', 'rigid-body dynamics', 'robotics'],

@@ -32,7 +32,6 @@ from billiard_shot.game.referee import judge
 from billiard_shot.game.tournament import find_agent
 from billiard_shot.pictures.rack import draw_rack
 from billiard_shot.planning.statistics import percent, wilson_interval
-from billiard_shot.status import Status
 
 DOCS = Path(__file__).resolve().parent.parent / 'docs'
 NINE_FOOT, SEVEN_FOOT = 'pool_table', 'seven_foot'
@@ -197,9 +196,8 @@ def again(shot, scene):
     there = scene_of(Scene.load(scene), state)
     offsets = there.noise.sample(shot.offsets, AGAIN, errors, there.ball.radius)
     played = predict_batch(there, offsets=offsets)
-    refused = played.status >= Status.MISS
     calls = [Call(**shot.call)] * AGAIN
-    return rule_on(state, calls, played.run, refused, played.double_hit).keeps(state.player).mean()
+    return rule_on(state, calls, played).keeps(state.player).mean()
 
 
 def report_on(racks):

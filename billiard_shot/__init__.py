@@ -1,7 +1,9 @@
-"""Predicts what a billiard cue does to the ball: impact, flight, slide, roll, rest."""
+"""Simulates billiard shots: the strike of the cue, and all balls until they rest."""
 
 from importlib import import_module
 from typing import Any, TYPE_CHECKING
+
+from billiard_shot.notebook import Shown
 
 if TYPE_CHECKING:
     from billiard_shot.impact.bodies import Body, Contact
@@ -11,30 +13,35 @@ if TYPE_CHECKING:
     from billiard_shot.planning.plan import plan
     from billiard_shot.planning.result import PlanResult, RankedStroke
     from billiard_shot.planning.shots import DirectShots, shots
-    from billiard_shot.planning.within_noise import NoisyBatch, predict_within_noise
+    from billiard_shot.planning.within_noise import predict_within_noise
     from billiard_shot.scene import Scene
     from billiard_shot.scene.errors import InputError
+    from billiard_shot.shot.aim import aim
     from billiard_shot.shot.analysis import effects_of, sensitivity_of
     from billiard_shot.shot.effects import Effect
-    from billiard_shot.shot.predict import BatchResult, predict, predict_batch
+    from billiard_shot.shot.predict import predict, predict_batch
     from billiard_shot.shot.refusals import lowest_elevation
     from billiard_shot.shot.replay import load_shot, save_shot
     from billiard_shot.shot.shot import Shot
     from billiard_shot.shot.stroke import Stroke
+    from billiard_shot.shot.stroke_batch import StrokeBatch
     from billiard_shot.status import Status
     from billiard_shot.table.motion import Motion
     from billiard_shot.table.run import TableRun
-    from billiard_shot.table.simulate import simulate, simulate_batch, TableBatch
+    from billiard_shot.table.simulate import simulate, simulate_batch
+    from billiard_shot.table.table_batch import TableBatch
     from billiard_shot.table.table_states import TableStates
     from billiard_shot.table.trajectory import BallState, EventKind, Trajectory
 
 __all__ = [
     'Scene',
     'Stroke',
+    'aim',
     'predict',
     'predict_batch',
+    'predict_within_noise',
+    'StrokeBatch',
     'Shot',
-    'BatchResult',
     'lowest_elevation',
     'Status',
     'InputError',
@@ -59,8 +66,6 @@ __all__ = [
     'DirectShots',
     'candidates',
     'CandidateStrokes',
-    'predict_within_noise',
-    'NoisyBatch',
     'invert_strike',
     'collide',
     'Body',
@@ -71,9 +76,10 @@ __all__ = [
 _HOMES = {
     'Scene': 'scene',
     'Stroke': 'shot.stroke',
+    'aim': 'shot.aim',
     'predict': 'shot.predict',
     'predict_batch': 'shot.predict',
-    'BatchResult': 'shot.predict',
+    'StrokeBatch': 'shot.stroke_batch',
     'lowest_elevation': 'shot.refusals',
     'Shot': 'shot.shot',
     'load_shot': 'shot.replay',
@@ -89,7 +95,7 @@ _HOMES = {
     'EventKind': 'table.trajectory',
     'simulate': 'table.simulate',
     'simulate_batch': 'table.simulate',
-    'TableBatch': 'table.simulate',
+    'TableBatch': 'table.table_batch',
     'TableStates': 'table.table_states',
     'TableRun': 'table.run',
     'plan': 'planning.plan',
@@ -99,7 +105,6 @@ _HOMES = {
     'candidates': 'planning.candidate_strokes',
     'CandidateStrokes': 'planning.candidate_strokes',
     'predict_within_noise': 'planning.within_noise',
-    'NoisyBatch': 'planning.within_noise',
     'DirectShots': 'planning.shots',
     'invert_strike': 'planning.inverse',
     'collide': 'impact.collide',
@@ -117,6 +122,14 @@ def __getattr__(name: str) -> Any:
         raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
     globals()[name] = value
     return value
+
+
+def _html_of(thing: object) -> str:
+    html: str = import_module(f'{__name__}.pictures.notebook').html_of(thing)
+    return html
+
+
+Shown.html_of = _html_of
 
 
 def __dir__() -> list[str]:

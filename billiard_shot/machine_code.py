@@ -36,29 +36,13 @@ from typing import Any
 import warnings
 
 from billiard_shot.compiled import compile_entry, Entry, Interpreted
+from billiard_shot.entries import ENTRIES, GROUPS, LAYERS
 
 try:
     from fcntl import LOCK_EX, LOCK_SH, LOCK_UN, lockf
 except ImportError:  # Windows: two processes may compile the same, which harms nothing
     lockf = None  # type: ignore[assignment]
 
-# A process compiles a group: it takes a second to begin, and compiles a function once that several
-# entries of the group call. The groups take about the same time.
-GROUPS = (
-    ('billiard_shot.impact.kernel:solve_collisions',),
-    (
-        'billiard_shot.table.event_loop:simulate_tables',
-        'billiard_shot.planning.score:score_tables',
-        'billiard_shot.planning.direct_shots:find_direct_shots',
-        'billiard_shot.planning.mapped_starts:write_starts',
-        'billiard_shot.planning.open_pockets:count_open_pockets',
-        'billiard_shot.shot.strike:place_cues',
-        'billiard_shot.shot.clear_elevation:write_clear_elevations',
-    ),
-)
-ENTRIES = tuple(name for group in GROUPS for name in group)
-# Layers import from earlier ones. `impact` does not import from `scene`.
-LAYERS = ('numerics', 'impact', 'scene', 'table', 'shot', 'planning')
 LOADING_PAYS = 0.5  # s of interpreting after which a process loads machine code that is there,
 COMPILING_PAYS = 5.0  # s and after which it compiles
 POLL = 0.1  # s

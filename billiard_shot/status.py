@@ -13,7 +13,7 @@ class Status(IntEnum):
     """
 
     OK = 0
-    INFINITE_SEQUENCE = 2  # an endless, dying sequence of impacts was taken to its limit
+    INFINITE_SEQUENCE = 2  # an infinite, decaying sequence of impacts was replaced by its limit
     NEGATIVE_ENERGY = 3  # law `poisson` drove an elastic energy below zero
     NEVER_RESTS = 4  # nothing on this cloth brings the ball to rest
     TOLERANCE_NOT_REACHED = 5  # the result is the best available; see its error estimate

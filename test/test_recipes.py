@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from test_docs import BLOCKS, FILES
 
-from billiard_shot import load_shot, predict, Stroke
+from billiard_shot import aim, load_shot, predict
 from billiard_shot.cli import main
 from billiard_shot.planning.explain import why_missed
 
@@ -70,9 +70,9 @@ def test_side(shown):
     """The cue ball leaves along the line of aim; without the correction, the 8 does not fall."""
     shot = shown('side')
     assert shot.pocketed == {'8': 'foot_left'}
-    aim = Stroke.at(shot.scene, '8', pocket='foot_left', speed=2, a=0.3, b=-0.2)
-    assert np.arctan2(*shot.velocity[1::-1]) == pytest.approx(aim.offsets[3], abs=1e-6)
-    assert why_missed(predict(shot.scene, aim), '8', ['foot_left']).startswith(
+    aimed = aim(shot.scene, '8', pocket='foot_left', speed=2, a=0.3, b=-0.2)
+    assert np.arctan2(*shot.velocity[1::-1]) == pytest.approx(aimed.offsets[3], abs=1e-6)
+    assert why_missed(predict(shot.scene, aimed), '8', ['foot_left']).startswith(
         '8 beside foot left: thick by '
     )
 

@@ -177,15 +177,15 @@ def sigmas(noise):
 def measured(scene, target, strokes, tolerance=1e-4):
     """Whether strokes (n, 5) reach a target, and where the cue ball ends, from predict_batch."""
     batch = predict_batch(scene, *vectors_of(strokes), tolerance=tolerance)
-    names = list(batch.run.names)
+    names = list(batch.names)
     good = np.isin(batch.status, (0, 2, 5)) & ~batch.miscue
     if 'pot' in target:
         ball = names.index(target['pot'])
-        good &= batch.run.pocket[:, ball] == POCKET_NAMES.index(target['pocket'])
-        good &= batch.run.pocket[:, 0] < 0
+        good &= batch.pocket[:, ball] == POCKET_NAMES.index(target['pocket'])
+        good &= batch.pocket[:, 0] < 0
     else:
-        good &= batch.run.first_met[:, 0] == names.index(target['hit'])
-    return good, batch.final_position[:, :2]
+        good &= batch.first_met[:, 0] == names.index(target['hit'])
+    return good, batch.final_position[:, 0, :2]
 
 
 def noisy(stroke, noise, count, seed):

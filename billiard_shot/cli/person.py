@@ -7,7 +7,6 @@ from typing import TypeVar
 from billiard_shot import Scene
 from billiard_shot.game.agent import scene_of
 from billiard_shot.game.call import Decision
-from billiard_shot.game.game import find_game
 from billiard_shot.game.placing import listed_shots
 from billiard_shot.game.ruling import Ruling
 from billiard_shot.game.state import CHOICES, State
@@ -63,7 +62,7 @@ class Person:
         for number, shot in enumerate(listed):
             chance = 100.0 * shot.chance
             print(f'{number:3}  {shot.call.ball} to {shot.call.pocket}, chance {chance:.0f} %')
-        if not listed and find_game(state.game).pockets:
+        if not listed and state.game.pockets:
             print('no ball goes straight into a pocket')
         prompt = 'your shot, or ? for help: '
         while True:
@@ -101,7 +100,7 @@ def _show(state: State) -> None:
 
 def _aims(state: State) -> str:
     """Say which balls the player may meet first, in the words of the game, and the score."""
-    legal = find_game(state.game).targets(state)
+    legal = state.game.targets(state)
     others = [ball for ball in state.object_balls if ball not in legal]
     group = state.groups[state.player]
     if state.phase == 'break':

@@ -5,7 +5,6 @@ from dataclasses import replace
 import io
 import json
 from pathlib import Path
-import re
 import sys
 import tempfile
 
@@ -123,8 +122,7 @@ def _tell(record: RackRecord) -> None:
     if record.shots:
         shot = record.shots[-1]
         why = f' ({shot.reason})' if shot.reason else ''
-        text = re.sub('(: )?player [01] wins', '', shot.text)  # which is told at the end
-        print(f'{names[shot.state["player"]]}{why}: {text}')
+        print(f'{names[shot.state["player"]]}{why}: {shot.text}')
     if record.players.count(PERSON) > 1 and not record.state['over']:
         print(f'{names[record.state["player"]]} is next')
 

@@ -10,7 +10,7 @@ from billiard_shot import load_shot, lowest_elevation, predict, Scene, Shot, Str
 from billiard_shot.cli.workers import add_work_arguments, mapped
 from billiard_shot.scene.bundled import scene_names
 from billiard_shot.scene.yaml_file import read_yaml
-from billiard_shot.shot.predict import DEFAULT_SHOT_TOLERANCE
+from billiard_shot.shot.accuracy import DEFAULT_SHOT_TOLERANCE
 from billiard_shot.shot.stroke_options import (
     add_aim_arguments,
     add_stroke_arguments,

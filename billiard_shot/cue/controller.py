@@ -8,7 +8,7 @@ After a pause without calls, it trusts no message from before the pause.
 """
 
 from collections import deque
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Collection, Hashable
 import math
 
 import numpy as np
@@ -21,7 +21,7 @@ from billiard_shot.cue.joint_trajectory import JointTrajectory
 from billiard_shot.cue.measurement import MeasuredStrike, StrikeDetector
 from billiard_shot.cue.mechanism import INCLINE, JOINTS, Mechanism, STROKE, UNITS
 from billiard_shot.cue.outcome import GoalOutcome, RefusedError
-from billiard_shot.cue.plan import aim_trajectory, prepare_shot, ShotPlan
+from billiard_shot.cue.plan import aim_trajectory, hidden_balls, prepare_shot, ShotPlan
 from billiard_shot.cue.safety import (
     BEFORE_STROKE,
     Condition,
@@ -110,7 +110,7 @@ class Controller:
         """
         Start over while nothing moves, perhaps with other settings, as described for the class.
 
-        A latched state, the distrust of earlier messages and the ids of played shots stay.
+        A latched state and the ids of played shots stay; older messages stay invalid.
         """
         self.mechanism, self._scene, self.settings = mechanism, scene, settings
         self.estop.set_timeout(settings.estop_timeout)
@@ -134,7 +134,7 @@ class Controller:
             'estop': self.estop.problem(now),
             'interlock': self.interlock.problem(now),
             'mechanism': self.mechanism_fault(now),
-            'table': self.table.stale(self.clock.time, now, is_aimed=self.state in MOVING),
+            'table': self.table.stale(self.clock.time, now, self._hidden()),
             'clock': self.clock.problem(now),
             'commands': self._commands_problem,
         }
@@ -245,7 +245,7 @@ class Controller:
             raise RefusedError(GoalOutcome.NOT_READY, moving)
         check_goal(plan.shot_id, remaining, self._played, self.settings.max_goal_validity)
         check_stamp(plan.made, self._started, self.clock.time + self.settings.stamp_tolerance)
-        if problem := self.table.stale(self.clock.time, now, is_aimed=False):
+        if problem := self.table.stale(self.clock.time, now):
             raise RefusedError(GoalOutcome.TABLE_UNKNOWN, problem)
         if problem := self.table.moved(plan.balls, is_aimed=False):
             raise RefusedError(GoalOutcome.TABLE_DIFFERS, problem)
@@ -454,7 +454,7 @@ class Controller:
         planned, stamp_now = execution.shot.plan.balls, self.clock.time
         if now > execution.expires or stamp_now > execution.expiry:
             return GoalOutcome.EXPIRED, 'the goal has expired'
-        if problem := self.table.stale(stamp_now, now, is_aimed=True):
+        if problem := self.table.stale(stamp_now, now, self._hidden()):
             return GoalOutcome.TABLE_STALE, problem
         if problem := self.table.moved(planned, is_aimed=True):
             return GoalOutcome.TABLE_MOVED, problem
@@ -464,6 +464,15 @@ class Controller:
             limit = self.settings.arm_timeout
             return GoalOutcome.ARM_TIMEOUT, f'armed for more than {limit:g} s without firing'
         return GoalOutcome.OK, ''
+
+    def _hidden(self) -> Collection[str]:
+        """Names of the balls that the mechanism may hide; if it is armed, of those beside it."""
+        if self._execution is None:
+            return ()
+        shot = self._execution.shot
+        if self.state is SafetyState.ARMED:
+            return hidden_balls(shot, self.settings.hidden_width)
+        return shot.plan.balls.keys()
 
     def mechanism_fault(self, now: float) -> str:
         """Return why the mechanism is not to be trusted; '' if it is."""

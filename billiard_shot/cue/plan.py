@@ -140,6 +140,18 @@ def tip_at(stroke: Stroke, ball: tuple[float, float], scene: Scene) -> TipPose:
     return TipPose(centre + (radius + dome) * normal + dome * along, azimuth, elevation)
 
 
+def hidden_balls(shot: PreparedShot, width: float) -> set[str]:
+    """Names of the balls within `width` [m] of the axis of the cue, behind its tip."""
+    x, y = shot.contact.position[:2]
+    cos, sin = math.cos(shot.contact.azimuth), math.sin(shot.contact.azimuth)
+    hidden = set()
+    for name, ball in shot.plan.balls.items():
+        dx, dy = ball.position[0] - x, ball.position[1] - y
+        if max(cos * dx + sin * dy, abs(cos * dy - sin * dx)) <= width:
+            hidden.add(name)
+    return hidden
+
+
 def aim_trajectory(mechanism: Mechanism, start: Array, aimed: Array) -> JointTrajectory:
     """Draw the cue back and raise it, travel above the balls, and lower it: from rest to rest."""
     builder = TrajectoryBuilder(start)

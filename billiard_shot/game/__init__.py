@@ -3,8 +3,9 @@
 from billiard_shot.game.agent import Agent, simulated, Simulator
 from billiard_shot.game.call import Call, Decision
 from billiard_shot.game.fitted_scene import fitted_scene
-from billiard_shot.game.game import find_game, Game, game_names, start
+from billiard_shot.game.game import find_game, Game, game_names
 from billiard_shot.game.outcome import Outcome, outcome_of
+from billiard_shot.game.racking import start
 from billiard_shot.game.referee import choose, judge, judge_batch, Rulings
 from billiard_shot.game.ruling import Foul, Ruling
 from billiard_shot.game.state import State

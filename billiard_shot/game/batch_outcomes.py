@@ -12,9 +12,9 @@ from billiard_shot.game.referee import judge_batch, Rulings
 from billiard_shot.game.ruling import Ruling
 from billiard_shot.game.state import State
 from billiard_shot.scene.placement import CUE_BALL, head_string
+from billiard_shot.shot.stroke_batch import StrokeBatch
 from billiard_shot.table.motion import NOTHING
 from billiard_shot.table.run import POCKET_NAMES
-from billiard_shot.table.simulate import TableBatch
 from billiard_shot.table.table_states import TableStates
 
 
@@ -44,13 +44,7 @@ class RuledBatch(NamedTuple):
         return np.array(kept, np.bool_)[self.kind]
 
 
-def rule_on(
-    state: State,
-    calls: Sequence[Call],
-    run: TableBatch,
-    refused: NDArray[np.bool_],
-    double_hit: NDArray[np.bool_],
-) -> RuledBatch:
+def rule_on(state: State, calls: Sequence[Call], run: StrokeBatch) -> RuledBatch:
     """
     Rule on a batch of strokes.
 
@@ -60,10 +54,8 @@ def rule_on(
         Before the strokes, with the cue ball placed.
     calls : sequence of Call
         (n,)
-    run : TableBatch
-        (n,) of tables with the balls of the state.
-    refused, double_hit : (n,) bool arrays
-        Whether a stroke could not be played; whether the cue hit the cue ball again.
+    run : StrokeBatch
+        (n,) on tables with the balls of the state.
 
     """
     cue = run.names.index(CUE_BALL)
@@ -72,7 +64,7 @@ def rule_on(
         to_cushion[:, cue] = to_cushion.any(axis=1)
         to_cushion[:, [i for i in range(len(run.names)) if i != cue]] = False
     balls = *run.pocket.T, *run.off_table.T, *to_cushion.T
-    columns = [refused, double_hit, run.first_met[:, cue], *balls]
+    columns = [run.refused, run.double_hit, run.first_met[:, cue], *balls]
     different, number = np.unique(np.array(columns, np.int64), axis=1, return_inverse=True)
     outcomes = [_outcome(state, run.names, row) for row in different.T.tolist()]
     rulings = judge_batch(state, calls, [outcomes[i] for i in number.ravel().tolist()])

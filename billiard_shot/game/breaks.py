@@ -11,18 +11,16 @@ from billiard_shot.game.agent import scene_of
 from billiard_shot.game.batch_outcomes import rule_on, RuledBatch
 from billiard_shot.game.call import NO_CALL
 from billiard_shot.game.clearance import raised
-from billiard_shot.game.game import start
+from billiard_shot.game.racking import start
 from billiard_shot.game.state import State
 from billiard_shot.game.valuation import values
-from billiard_shot.planning.strikes import motions_after
+from billiard_shot.planning.within_noise import play_within_noise
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.scene.player import with_errors
 from billiard_shot.scene.rack import Place
-from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.stroke import Stroke
-from billiard_shot.table.simulate import simulate_batch
 from billiard_shot.table.table_states import TableStates
 
 # Places of the cue ball: distances behind the head string and beside the long string, relative to
@@ -78,7 +76,7 @@ def break_strokes(scene: Scene, state: State) -> Array:
 
 def break_racks(scene: Scene, game: str, strokes: Array, seeds: range) -> RuledBatch:
     """
-    Play breaks with the errors of the player.
+    Play breaks with the errors of the player; a stroke without room for the cue is refused.
 
     Parameters
     ----------
@@ -101,11 +99,9 @@ def break_racks(scene: Scene, game: str, strokes: Array, seeds: range) -> RuledB
     position[..., :2] = [[state.balls[name] for name in names] for state in states]
     position[:, :, 0, :2] = strokes[:, np.newaxis, :2]
     draws = [np.random.default_rng(seed).standard_normal(5) for seed in seeds]
-    errors = np.array(draws) * scene.noise.sigmas(scene.ball.radius)
+    sigmas = scene.noise.sigmas(scene.ball.radius)
+    errors = np.array(draws) * sigmas
     played = with_errors(strokes[:, np.newaxis, 2:], errors).reshape(-1, 5)
-    motion = motions_after(scene, model_of(scene), played)
     tables = TableStates(names, position.reshape(-1, len(names), 3))
-    tables.velocity[:, 0], tables.spin[:, 0] = motion[:, :3], motion[:, 3:] / scene.ball.radius
-    run = simulate_batch(scene, tables)
-    refused = ~np.isfinite(motion[:, 0])
-    return rule_on(states[0], [NO_CALL] * len(motion), run, refused, run.cue_hits > 0)
+    run = play_within_noise(scene, played, sigmas, tables)
+    return rule_on(states[0], [NO_CALL] * len(played), run)

@@ -4,7 +4,6 @@ from collections.abc import Collection
 from typing import Any
 
 from billiard_shot.game.call import Call, Decision
-from billiard_shot.game.game import find_game
 from billiard_shot.game.outcome import Outcome
 from billiard_shot.game.state import State
 from billiard_shot.scene.errors import InputError, Mistake, must_be, nearest, refused
@@ -28,7 +27,7 @@ def check_names(*checks: tuple[str, Collection[Any], Collection[Any]]) -> None:
 
 def check_call(state: State, call: Call) -> None:
     """Raise InputError if a call names a ball that the game does not have."""
-    check_names(('call.ball', (call.ball,), (None, *find_game(state.game).balls)))
+    check_names(('call.ball', (call.ball,), (None, *state.game.balls)))
 
 
 def illegal(state: State, decision: Decision) -> str:

@@ -9,8 +9,8 @@ from scipy.optimize import least_squares
 
 from billiard_shot.game.agent import simulated, Simulator
 from billiard_shot.game.clearance import raised
-from billiard_shot.game.game import start
 from billiard_shot.game.placing import places_to_try
+from billiard_shot.game.racking import start
 from billiard_shot.scene import Noise, Scene
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.scene.values import whole

@@ -5,7 +5,6 @@ from numpy.typing import NDArray
 
 from billiard_shot.game.call import Call, NO_CALL
 from billiard_shot.game.clearance import raised
-from billiard_shot.game.game import find_game
 from billiard_shot.game.placing import call_of
 from billiard_shot.game.rating import Idea, play_strokes, Position, rule_strokes
 from billiard_shot.game.safe_stroke import all_round, towards
@@ -113,7 +112,7 @@ def _aimed(
 def indirect_pots(position: Position) -> list[Idea]:
     """Search for combinations, kicks and banks that keep the turn."""
     state, scene = position
-    rules = find_game(state.game)
+    rules = state.game
     wanted = rules.targets(state) if rules.calls else state.object_balls
     constraints = {'first_contact': rules.targets(state)}
     try:
@@ -123,15 +122,14 @@ def indirect_pots(position: Position) -> list[Idea]:
     offsets = found.offsets[found.penalty == 0.0]
     if not len(offsets):
         return []
-    result = predict_within_noise(scene, offsets)
-    run = result.run
+    run = predict_within_noise(scene, offsets)
     balls = [run.names.index(ball) for ball in wanted]
     first = np.argmax(run.pocket[:, balls] != NOTHING, axis=1)
     calls = [
         Call(ball=wanted[i], pocket=POCKET_NAMES[row[balls[i]]]) if row[balls[i]] >= 0 else NO_CALL
         for i, row in zip(first.tolist(), run.pocket.tolist(), strict=True)
     ]
-    _, kept, value = rule_strokes(position, result, calls)
+    _, kept, value = rule_strokes(position, run, calls)
     return _ideas(position, offsets, calls, (kept * value)[:, 0] * INDIRECT_CHANCE)
 
 
@@ -140,7 +138,7 @@ def safeties(position: Position) -> list[Idea]:
     state, scene = position
     x, y = state.balls[CUE_BALL]
     near = sorted(
-        find_game(state.game).targets(state),
+        state.game.targets(state),
         key=lambda ball: np.hypot(state.balls[ball][0] - x, state.balls[ball][1] - y),
     )
     offsets = np.concatenate([towards(scene, tuple(near[:SAFETY_BALLS])), all_round(scene)])

@@ -5,7 +5,6 @@ from typing import NamedTuple
 import numpy as np
 
 from billiard_shot.game.call import Call
-from billiard_shot.game.game import find_game
 from billiard_shot.game.state import State
 from billiard_shot.planning.in_hand import places_all_over
 from billiard_shot.planning.shots import DirectShots, shots
@@ -36,7 +35,7 @@ def direct_shots(scene: Scene, state: State, places: Array | None = None) -> Dir
         Places of the cue ball [m], one for each table; by default that of the state.
 
     """
-    return shots(scene, placed(state, places), find_game(state.game).targets(state))
+    return shots(scene, placed(state, places), state.game.targets(state))
 
 
 class ListedShot(NamedTuple):
@@ -50,7 +49,7 @@ class ListedShot(NamedTuple):
 
 def listed_shots(scene: Scene, state: State) -> list[ListedShot]:
     """List the direct shots of a state, the best chance first; none without pockets."""
-    if not find_game(state.game).pockets:
+    if not state.game.pockets:
         return []
     direct = direct_shots(scene, state)
     best_first = np.argsort(-direct.chance, kind='stable').tolist()

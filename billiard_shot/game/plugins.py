@@ -4,7 +4,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from billiard_shot.scene.errors import nearest, refused
+from billiard_shot.scene.errors import InputError, Mistake, nearest, refused
 
 
 def names_in(folder: str) -> list[str]:
@@ -22,7 +22,7 @@ def find_plugin(name: str, folder: str, attribute: str, what: str) -> Any:
         One of `names_in(folder)`; or `package.module`, a module of somebody else.
     folder, attribute : str
     what : str
-        What the module defines, in one word: the field that messages name.
+        What the module defines, in one word: the field that messages name; '' for none.
 
     Raises
     ------
@@ -39,4 +39,5 @@ def find_plugin(name: str, folder: str, attribute: str, what: str) -> Any:
     try:
         return getattr(import_module(name), attribute)
     except (ImportError, AttributeError) as error:
-        raise ValueError(f'{what}: {name!r} is not a module with {attribute}: {error}') from None
+        text = f': {name!r} is not a module with {attribute}: {error}'
+        raise InputError([Mistake((what,) if what else (), text)]) from None

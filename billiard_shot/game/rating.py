@@ -12,11 +12,11 @@ from billiard_shot.game.call import Call
 from billiard_shot.game.second_ply import second_ply
 from billiard_shot.game.state import State
 from billiard_shot.game.valuation import values
-from billiard_shot.planning.within_noise import NoisyBatch, predict_within_noise
+from billiard_shot.planning.within_noise import predict_within_noise
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene
 from billiard_shot.scene.player import AZIMUTH, with_errors
-from billiard_shot.status import Status
+from billiard_shot.shot.stroke_batch import StrokeBatch
 
 FOLLOWED_ENDS = 8  # end states of a stroke whose next shots are followed
 
@@ -88,13 +88,13 @@ def play_strokes(
 
 
 def rule_strokes(
-    position: Position, result: NoisyBatch, calls: Sequence[Call], plies: int = 1
+    position: Position, result: StrokeBatch, calls: Sequence[Call], plies: int = 1
 ) -> Played:
     """Rule on strokes that are predicted, as many for each of the calls; see `play_strokes`."""
     state, scene = position
     shape = len(calls), len(result.status) // len(calls)
     every = [call for call in calls for _ in range(shape[1])]
-    batch = rule_on(state, every, result.run, result.status >= Status.MISS, result.double_hit)
+    batch = rule_on(state, every, result)
     kept = batch.keeps(state.player)
     value = values(scene, state.player, batch) if plies else kept.astype(float)
     return Played(batch, kept.reshape(shape), value.reshape(shape))

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from billiard_shot.game.call import Call, NO_CALL
 from billiard_shot.game.checks import check_call, check_outcome
 from billiard_shot.game.fouls import in_words
-from billiard_shot.game.game import find_game, rack_state
 from billiard_shot.game.outcome import Outcome, outcome_of, ShotLike
+from billiard_shot.game.racking import rack_state
 from billiard_shot.game.ruling import Foul, Ruling
 from billiard_shot.game.spots import spotted
 from billiard_shot.game.state import State
@@ -53,7 +53,7 @@ def judge(
     outcome = outcome_of(shot)
     check_call(state, call)
     check_outcome(state, outcome)
-    return settled(find_game(state.game).rule(state, call, outcome), outcome)
+    return settled(state.game.rule(state, call, outcome), outcome)
 
 
 def settled(ruling: Ruling, outcome: Outcome) -> Ruling:
@@ -99,7 +99,7 @@ def choose(state: State, choice: str, seconds: float = 0.0) -> State:
             return replace(state, player=state.other)
         case 'break' | 'rebreak':
             player = state.other if choice == 'rebreak' else state.player
-            in_hand = find_game(state.game).in_hand
+            in_hand = state.game.in_hand
             again = replace(state, player=player, phase='break', in_hand=in_hand)
             return rack_state(replace(again, seed=state.seed + 1))
     return state
@@ -111,7 +111,7 @@ def concede(state: State, why: str) -> Ruling:
 
 
 def _lost(state: State, foul: Foul) -> Ruling:
-    winner = state.other if find_game(state.game).players > 1 else None
+    winner = state.other if state.game.players > 1 else None
     over = replace(state, over=True, winner=winner, shots=state.shots + 1)
     return Ruling(over, (foul,), in_words((foul,), ''))
 
@@ -162,7 +162,7 @@ def judge_batch(
     many = [calls] * len(outcomes) if isinstance(calls, Call) else list(calls)
     if len(many) != len(outcomes):
         raise refused(len(many), f'{len(outcomes)}, as many as outcomes', 'calls')
-    rule = find_game(state.game).rule
+    rule = state.game.rule
     numbers: dict[tuple[Call, Outcome], int] = {}
     kind = [numbers.setdefault(pair, len(numbers)) for pair in zip(many, outcomes, strict=True)]
     for call, outcome in numbers:
@@ -173,7 +173,7 @@ def judge_batch(
 
 
 def _not_settled(ruling: Ruling, outcome: Outcome) -> Ruling:
-    """Take the balls that are gone from the state of a ruling."""
+    """Remove pocketed and lost balls from the state of a ruling."""
     gone = set() if ruling.restore else outcome.gone - set(ruling.spot)
     if ruling.state.in_hand:
         gone |= {CUE_BALL}

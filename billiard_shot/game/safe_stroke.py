@@ -6,7 +6,6 @@ import numpy as np
 
 from billiard_shot.game.call import Call, Decision
 from billiard_shot.game.clearance import raised
-from billiard_shot.game.game import find_game
 from billiard_shot.game.state import State
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene
@@ -45,9 +44,9 @@ def all_round(scene: Scene) -> Array:
 
 def hit_something(scene: Scene, state: State) -> Decision:
     """Decide on any stroke that meets a legal ball first; none if there is no such stroke."""
-    targets = find_game(state.game).targets(state)
+    targets = state.game.targets(state)
     for offsets in (towards(scene, targets), all_round(scene)):
-        run = predict_batch(scene, offsets=offsets).run
+        run = predict_batch(scene, offsets=offsets)
         wanted = [run.names.index(ball) for ball in targets]
         legal = np.flatnonzero(np.isin(run.first_met[:, run.names.index(CUE_BALL)], wanted))
         if len(legal):

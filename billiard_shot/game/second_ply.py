@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.game.batch_outcomes import RuledBatch
-from billiard_shot.game.game import find_game
 from billiard_shot.game.state import State
 from billiard_shot.game.valuation import (
     at_table,
@@ -16,13 +15,13 @@ from billiard_shot.game.valuation import (
     shots_left,
 )
 from billiard_shot.planning.shots import DirectShots, shots
-from billiard_shot.planning.strikes import unit_speed_strikes
+from billiard_shot.planning.strikes import along_azimuth
+from billiard_shot.planning.within_noise import play_within_noise
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL
-from billiard_shot.scene.player import AZIMUTH, ELEVATION, SPEED
+from billiard_shot.scene.player import A, B, ELEVATION, SPEED
 from billiard_shot.shot.effects import model_of
-from billiard_shot.table.simulate import simulate_batch
 from billiard_shot.table.table_states import TableStates
 
 FOLLOWED_SHOTS = 2  # direct shots of each end state that are followed
@@ -35,11 +34,12 @@ LIFT_STEP = 0.02  # rad: elevations are rounded to multiples of it, so that few 
 
 
 class Followed(NamedTuple):
-    """Strokes that follow end states: the row of the end state, its shot, and ball states."""
+    """Strokes that follow end states."""
 
-    row: NDArray[np.int64]
-    shot: NDArray[np.int64]
-    states: TableStates
+    row: NDArray[np.int64]  # (n,) of the end state
+    shot: NDArray[np.int64]  # (n,)
+    strokes: Array  # (n, 5)
+    states: TableStates  # n tables
 
 
 def second_ply(scene: Scene, player: int, batch: RuledBatch, first: Array) -> Array:
@@ -59,7 +59,8 @@ def second_ply(scene: Scene, player: int, batch: RuledBatch, first: Array) -> Ar
     -------
     (n,) float array
         The largest value of the strokes that follow, without errors but with the chance of their
-        shots; `first` where none of them pots.
+        shots; `first` where none of them pots. A stroke without room for the cue is refused, and
+        one whose cue hits the cue ball again is a foul.
 
     """
     names = batch.states.names
@@ -70,7 +71,8 @@ def second_ply(scene: Scene, player: int, batch: RuledBatch, first: Array) -> Ar
     if not len(direct):
         return first
     followed = _follow(scene, batch.states, direct)
-    played = simulate_batch(scene, followed.states)
+    sigmas = scene.noise.sigmas(scene.ball.radius)
+    played = play_within_noise(scene, followed.strokes, sigmas, followed.states)
     cue = names.index(CUE_BALL)
     ball = direct.ball[followed.shot]
     rows = np.arange(len(ball))
@@ -78,6 +80,7 @@ def second_ply(scene: Scene, player: int, batch: RuledBatch, first: Array) -> Ar
         (played.pocket[rows, ball] == direct.pocket[followed.shot])
         & (played.first_met[:, cue] == ball)
         & played.states.present[:, cue]
+        & ~played.double_hit
     )
     found = np.full(len(first), -np.inf)
     value = _values_after(scene, batch, direct, followed, potted, played.states)
@@ -86,27 +89,19 @@ def second_ply(scene: Scene, player: int, batch: RuledBatch, first: Array) -> Ar
 
 
 def _follow(scene: Scene, states: TableStates, direct: DirectShots) -> Followed:
-    """Make ball states of strokes at the best direct shots of each table."""
+    """Make strokes at the best direct shots of each table."""
     order = np.lexsort((-direct.chance, direct.table))
     rank = np.arange(len(order)) - np.searchsorted(direct.table[order], direct.table[order])
     chosen = order[rank < FOLLOWED_SHOTS]
     shot = np.repeat(chosen, len(STROKES))
     row = direct.table[shot]
-    a, b, factor = np.tile(STROKES, (len(chosen), 1)).T
-    offsets = direct.offsets[shot]
-    speed = np.minimum(offsets[:, SPEED] * factor, scene.robot.speed_max)
-    lifts = np.round(offsets[:, ELEVATION] / LIFT_STEP) * LIFT_STEP
-    different, number = np.unique(np.column_stack([a, b, lifts]), axis=0, return_inverse=True)
-    motion = np.nan_to_num(unit_speed_strikes(scene, model_of(scene), different))[number.ravel()]
-    motion[:, 3:] /= scene.ball.radius
-    turn = offsets[:, AZIMUTH] - np.arctan2(motion[:, 1], motion[:, 0])
-    sine, cosine = np.sin(turn), np.cos(turn)
-    cue = states.names.index(CUE_BALL)
-    after = states.take(row)
-    for field, first in ((after.velocity, 0), (after.spin, 3)):
-        x, y, z = motion[:, first : first + 3].T * speed
-        field[:, cue] = np.column_stack([cosine * x - sine * y, sine * x + cosine * y, z])
-    return Followed(row, shot, after)
+    strokes = direct.offsets[shot]
+    a, b, faster = np.tile(STROKES, (len(chosen), 1)).T
+    strokes[:, A], strokes[:, B] = a, b
+    strokes[:, ELEVATION] = np.ceil(strokes[:, ELEVATION] / LIFT_STEP) * LIFT_STEP
+    strokes[:, SPEED] = np.minimum(strokes[:, SPEED] * faster, scene.robot.speed_max)
+    strokes = along_azimuth(scene, model_of(scene), strokes)
+    return Followed(row, shot, strokes, states.take(row))
 
 
 def _values_after(
@@ -130,7 +125,7 @@ def _values_after(
         if after[-1].object_balls:
             masks[rows] = may_pot(after[-1], ends.names)
     chance = shots(scene, ends, masks).best
-    game = find_game(batch.after[0].game)
+    game = batch.after[0].game
     missed = miss_value(game, shots_left(scene, batch.after, batch.kind, batch.states))
     p = direct.chance[followed.shot]
     then = at_table(chance, game, shots_left(scene, after, kind, ends))

@@ -10,6 +10,7 @@ import math
 from pathlib import Path
 from typing import Any, ClassVar, Self
 
+from billiard_shot.game.game import find_game, Game
 from billiard_shot.scene.checks import check, read, write
 from billiard_shot.scene.errors import (
     found_in,
@@ -20,7 +21,7 @@ from billiard_shot.scene.errors import (
     reason,
     refused,
 )
-from billiard_shot.scene.fields import boolean, choice, name, number, places, TAKES, whole_number
+from billiard_shot.scene.fields import boolean, choice, number, places, TAKES, whole_number
 from billiard_shot.scene.placement import CUE_BALL, head_string, no_place, overlaps
 from billiard_shot.scene.values import as_float, whole
 
@@ -81,14 +82,12 @@ def _player(value: Any) -> int:
     return int(value)
 
 
-def _of_its_game(state: Any) -> Iterator[Mistake]:
-    from billiard_shot.game.game import find_game  # whose rules are functions of states
+def _game(value: object) -> Game:
+    return value if isinstance(value, Game) else find_game(str(value), field='')
 
-    try:
-        game = find_game(state.game)
-    except ValueError as error:
-        yield from found_in(error)
-        return
+
+def _of_its_game(state: Any) -> Iterator[Mistake]:
+    game = state.game
     for field, allowed in ALONE.items() if game.players == 1 else ():
         if (value := getattr(state, field)) not in allowed:
             yield from found_in(refused(value, f'{allowed[0]} in {game.name}', field))
@@ -107,8 +106,8 @@ class State:
 
     Parameters
     ----------
-    game : str
-        Name of the game, see `find_game`.
+    game : Game
+        Or its name, see `find_game`.
     length, width, radius : float
         Of the table between the noses, and of the balls [m], above 0.
     balls : mapping of str to (x, y)
@@ -146,7 +145,7 @@ class State:
     """
 
     RULES: ClassVar = (_of_its_game,)
-    game: str = name()
+    game: Game = dataclasses.field(metadata={TAKES: _game})
     length: float = number('m', above=0)
     width: float = number('m', above=0)
     radius: float = number('m', above=0)
@@ -208,7 +207,7 @@ class State:
 
         """
         if not self.places_cue_ball:
-            raise ValueError('cue ball must not be placed: it is not in hand')
+            raise ValueError('the cue ball cannot be placed: it is not in hand')
         if why := self.no_place(x, y):
             raise ValueError(f'cue ball must be {why}, got ({x!r}, {y!r}) (m)')
         return replace(self, balls={**self.balls, CUE_BALL: (float(x), float(y))})
@@ -231,7 +230,7 @@ class State:
 
     def to_dict(self) -> dict[str, Any]:
         """Plain dict that `from_dict` turns into an equal state."""
-        return write(self)
+        return {**write(self), 'game': self.game.name}
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any]) -> Self:

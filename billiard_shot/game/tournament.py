@@ -12,10 +12,11 @@ from typing import Any
 import numpy as np
 
 from billiard_shot.game.agent import Agent, MakeAgent, simulated, Simulator
-from billiard_shot.game.game import find_game, start
+from billiard_shot.game.game import find_game
 from billiard_shot.game.plugins import find_plugin, names_in
 from billiard_shot.game.rack import play_rack
 from billiard_shot.game.rack_record import RackRecord
+from billiard_shot.game.racking import start
 from billiard_shot.planning.statistics import wilson_interval
 from billiard_shot.scene import Scene
 from billiard_shot.scene.errors import must_be_one_of, refused

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.game.batch_outcomes import RuledBatch
-from billiard_shot.game.game import find_game, Game
+from billiard_shot.game.game import Game
 from billiard_shot.game.state import State
 from billiard_shot.planning.open_pockets import open_pockets
 from billiard_shot.planning.shots import DirectShots, shots
@@ -86,7 +86,7 @@ def shots_left(
     """
     needed = np.zeros((2, *states.present.shape), np.bool_)
     for number, state in enumerate(after):
-        needs = find_game(state.game).needs
+        needs = state.game.needs
         for who, player in enumerate((state.player, state.other)):
             balls = needs(state, player)
             needed[who, kind == number] = [name in balls for name in states.names]
@@ -171,7 +171,7 @@ def next_shots(scene: Scene, batch: RuledBatch, kinds: Sequence[bool]) -> Direct
 
 def may_pot(state: State, names: tuple[str, ...]) -> list[bool]:
     """Which balls the player at the table may pot."""
-    targets = find_game(state.game).targets(state)
+    targets = state.game.targets(state)
     return [name in targets for name in names]
 
 
@@ -183,7 +183,7 @@ def value(state: State, player: int, chance: Array, left: NDArray[np.int64]) -> 
         chance = np.full(
             len(chance), IN_HAND_CHANCE if state.in_hand == 'anywhere' else IN_KITCHEN
         )
-    own = at_table(chance, find_game(state.game), left)
+    own = at_table(chance, state.game, left)
     if 'pass' in state.choices:  # after a push-out the other player takes the better part
         own = np.maximum(own, 1.0 - own)
     return own if state.player == player else 1.0 - own

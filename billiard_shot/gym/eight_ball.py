@@ -10,9 +10,9 @@ from numpy.typing import ArrayLike, NDArray
 from billiard_shot.game.agent import scene_of, simulated
 from billiard_shot.game.call import Call, NO_CALL
 from billiard_shot.game.clearance import raised
-from billiard_shot.game.game import find_game, start
 from billiard_shot.game.outcome import Outcome
 from billiard_shot.game.rack import MAX_SHOTS, take_shot
+from billiard_shot.game.racking import start
 from billiard_shot.game.referee import choose, concede, judge
 from billiard_shot.game.ruling import Ruling
 from billiard_shot.game.state import State
@@ -141,7 +141,7 @@ class EightBallEnv(DrawnEnv):
 
     def _seen(self) -> Float32Array:
         state = self._state
-        legal = () if state.over else find_game(EIGHT_BALL).targets(state)
+        legal = () if state.over else state.game.targets(state)
         seen = np.zeros((len(RACKED_BALLS), 4), np.float32)
         for row, ball in zip(seen, RACKED_BALLS, strict=True):
             if ball in state.balls:
@@ -154,5 +154,5 @@ class EightBallEnv(DrawnEnv):
 
 def _call(state: State, outcome: Outcome) -> Call:
     """Call the first ball that fell and may be potted."""
-    may = find_game(EIGHT_BALL).targets(state)
+    may = state.game.targets(state)
     return next((Call(*pair) for pair in outcome.pocketed if pair[0] in may), NO_CALL)

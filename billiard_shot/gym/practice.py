@@ -8,7 +8,7 @@ from gymnasium.vector.utils import batch_space
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from billiard_shot.game.game import start
+from billiard_shot.game.racking import start
 from billiard_shot.gym.actions import (
     action_space,
     checked_actions,
@@ -24,15 +24,13 @@ from billiard_shot.gym.rendering import (
     render_mode_of,
     RENDER_MODES,
 )
-from billiard_shot.planning.strikes import motions_after
 from billiard_shot.scene import SceneLike
 from billiard_shot.scene.player import with_errors
 from billiard_shot.scene.rack import Place
 from billiard_shot.scene.values import whole
-from billiard_shot.shot.effects import model_of
-from billiard_shot.status import Status
+from billiard_shot.shot.play import play
+from billiard_shot.shot.stroke import vectors_of
 from billiard_shot.table.motion import NOTHING
-from billiard_shot.table.simulate import simulate_batch
 from billiard_shot.table.table_states import TableStates
 
 Flags = NDArray[np.bool_]
@@ -49,8 +47,8 @@ class PracticeVectorEnv(VectorEnv[Any, Any, Any]):
     Practice on many tables in one batch.
 
     The rules are those of the game `practice`: a stroke that pots a ball without a foul goes on.
-    Strokes have the execution noise of the scene. The cue is not checked for clearance of other
-    balls and cushions, and does not touch the cue ball again.
+    Strokes have the execution noise of the scene. A stroke without room for the cue is a foul, as
+    is one whose cue hits the cue ball again.
 
     An observation (balls + 1, 3) has a row for each ball, the cue ball first: x and y relative to
     half the length and half the width, and 1 if the ball is on the table; else all are 0. At first
@@ -121,13 +119,11 @@ class PracticeVectorEnv(VectorEnv[Any, Any, Any]):
         sigmas = scene.noise.sigmas(radius)
         errors = sigmas * self.np_random.standard_normal((self.num_envs, 5))
         strokes = with_errors(strokes_of(scene, actions), errors)
-        motion = motions_after(scene, model_of(scene), strokes)
-        tables.velocity[:, cue], tables.spin[:, cue] = motion[:, :3], motion[:, 3:] / radius
-        played = simulate_batch(scene, tables)
+        played = play(scene, *vectors_of(strokes), tables)
         fallen = (played.pocket != NOTHING)[:, 1:].sum(axis=1)
         scratched = (played.pocket[:, cue] != NOTHING) | played.off_table.any(axis=1)
         missed = played.first_met[:, cue] == NOTHING
-        foul = scratched | missed | (played.status >= Status.MISS)
+        foul = scratched | missed | played.refused | played.double_hit
         reward = np.where(foul, 0, fallen).astype(np.float32)
         self._tables = played.states
         cleared = ~self._tables.present[:, 1:].any(axis=1)
@@ -170,7 +166,6 @@ class PracticeVectorEnv(VectorEnv[Any, Any, Any]):
             state = start('practice', self.scene, seed, balls=self._balls)
             tables.position[table, 1:, :2] = [state.balls[name] for name in tables.names[1:]]
         tables.position[which, :, 2] = self.scene.ball.radius
-        tables.velocity[which], tables.spin[which] = 0.0, 0.0
         tables.present[which] = True
         tables.present[which, 0] = False
 

@@ -1,4 +1,4 @@
-"""Tolerances for rounding errors; tolerances that control a method are beside the method."""
+"""Tolerances for rounding errors. The tolerances of a method stand in its module."""
 
 SUM = 1e-15
 """Of a sum, relative to its largest term."""

@@ -27,8 +27,7 @@ def positions_of(balls: Balls, scene: Scene) -> dict[str, Place]:
     Positions (x, y) [m] of balls on the table of a scene, by name.
 
     Balls that overlap each other or a cushion by no more than `SURE_SIGMAS` standard deviations
-    are moved until they touch. Balls that overlap by more stay, so that whoever uses the positions
-    refuses them.
+    are moved until they touch. Larger overlaps are kept; the caller must reject them.
     """
     places = {name: ball.position for name, ball in balls.items()}
     diameter = 2.0 * scene.ball.radius

@@ -7,13 +7,15 @@ A *picture* is a message of detections, also one without any.
   the time of a picture counts as silent. Pictures may show no ball for `EMPTY_VIEW`.
 - *Before a shot is aimed*, every ball must have been detected within `table_timeout`.
 - *While a shot is aimed*, the cue and the carriage hide balls. If pictures go on, a ball may be
-  unseen for `unseen_timeout`, and counts as lying where it was seen last. This is safe, because a
-  ball at rest does not move by itself, the interlock keeps people away, and the time is limited.
-  The default is ten seconds, because the longest way to an aim takes nine.
+  unseen for `unseen_timeout`, and counts as lying where it was seen last. The default is ten
+  seconds, because the longest way to an aim takes nine.
+- *While the cue is armed*, it stands still, and hides only balls within `hidden_width` of it.
+  Every other ball must have been detected within `table_timeout`: somebody may have taken it away.
 - *From the goal until the stroke*, every ball must lie at its planned place, as far as is known,
   and it must be known well enough to notice a motion by 3 mm (`PRECISION`).
 """
 
+from collections.abc import Collection
 from dataclasses import dataclass
 import math
 from typing import ClassVar
@@ -41,8 +43,11 @@ class TableSettings:
         Longest time since the last picture on `table_state` and, before aiming, since the last
         detection of each ball [s].
     unseen_timeout : float
-        Longest time since the last detection of each ball while a shot is aimed, because the cue
-        hides balls [s].
+        Longest time since the last detection of a ball that the cue may hide, while a shot is
+        aimed [s].
+    hidden_width : float
+        Largest distance from the axis of the armed cue, behind its tip, at which cue and carriage
+        hide balls from the camera [m].
     stamp_tolerance : float
         Largest lead of the time of a picture, a detection or a plan ahead of the clock [s].
     table_tolerance : float
@@ -53,6 +58,7 @@ class TableSettings:
     READ_ONLY: ClassVar = ('table_timeout', 'unseen_timeout', 'stamp_tolerance')  # as parameters
     table_timeout: float = number('s', minimum=0.05, maximum=5.0, default=1.0)
     unseen_timeout: float = number('s', minimum=0.05, maximum=60.0, default=10.0)
+    hidden_width: float = number('m', minimum=0.0, maximum=5.0, default=0.1)
     stamp_tolerance: float = number('s', minimum=0.0, maximum=1.0, default=0.1)
     table_tolerance: float = number('m', minimum=0.0, maximum=0.02, default=0.001)
 
@@ -101,14 +107,18 @@ class TableWatch:
         """Return which ball has an uncertain distance from its planned place; '' if none has."""
         return uncertain(planned, self._balls, PRECISION)
 
-    def stale(self, stamp_now: float, now: float, *, is_aimed: bool) -> str:
-        """Return why the last picture or detections are too old for a shot; '' if they are not."""
+    def stale(self, stamp_now: float, now: float, hidden: Collection[str] = ()) -> str:
+        """
+        Return why the last picture or detections are too old for a shot; '' if they are not.
+
+        The mechanism may hide the balls whose names are in `hidden`.
+        """
         if problem := self._fault or self.heartbeat.stale(now):
             return problem
         settings, picture = self._settings, self._picture
-        limit = settings.unseen_timeout if is_aimed else settings.table_timeout
         ages = {'picture': (stamp_now - picture, settings.table_timeout)}
         for name, ball in self._balls.items():
+            limit = settings.unseen_timeout if name in hidden else settings.table_timeout
             ages[f'detection of ball {name!r}'] = stamp_now - ball.time, limit
         newest = max((ball.time for ball in self._balls.values()), default=picture)
         ages['picture that shows a ball'] = picture - newest, EMPTY_VIEW

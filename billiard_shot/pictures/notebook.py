@@ -18,9 +18,9 @@ from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.scene.player import OFFSETS
 from billiard_shot.shot import story
-from billiard_shot.shot.predict import BatchResult
 from billiard_shot.shot.shot import Shot
 from billiard_shot.shot.stroke import Stroke
+from billiard_shot.shot.stroke_batch import StrokeBatch
 from billiard_shot.status import Status
 from billiard_shot.table.colours import ball_colour
 from billiard_shot.table.motion import Motion
@@ -101,20 +101,19 @@ def _plan(plan: PlanResult) -> str:
 
 
 @html_of.register
-def _batch(batch: BatchResult) -> str:
-    run = batch.run
-    fallen = run.motion == Motion.POCKETED
+def _batch(batch: StrokeBatch) -> str:
+    fallen = batch.motion == Motion.POCKETED
     shares = {Status(each).name: batch.status == each for each in np.unique(batch.status)}
     shares |= {'miscue': batch.miscue, 'double hit': batch.double_hit}
-    shares |= {f'{name} falls': fallen[:, i] for i, name in enumerate(run.names)}
+    shares |= {f'{name} falls': fallen[:, i] for i, name in enumerate(batch.names)}
     told = {name: f'{percent(which.mean())} %' for name, which in shares.items() if which.any()}
 
     def figure() -> Any:
-        rests = (run.motion == Motion.REST)[..., np.newaxis]
-        ends = np.where(rests, run.final_position[..., :2], np.nan)
+        rests = (batch.motion == Motion.REST)[..., np.newaxis]
+        ends = np.where(rests, batch.final_position[..., :2], np.nan)
         seen = ends.reshape(-1, 2)
         drawn, axes = table_axes(batch.scene, seen[np.isfinite(seen).all(axis=1)])
-        for i, name in enumerate(run.names):
+        for i, name in enumerate(batch.names):
             face = {'color': ball_colour(name), 'markeredgecolor': 'black', 'markersize': 4}
             axes.plot(*ends[:, i].T, 'o', **face, markeredgewidth=0.3, linestyle='', alpha=0.6)
         return drawn

@@ -2,7 +2,6 @@
 
 from itertools import product
 
-from billiard_shot.game.game import find_game
 from billiard_shot.game.state import State
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.table.words import ball_in_words
@@ -39,7 +38,7 @@ def table_text(state: State) -> str:
         )
         cells[row][column : column + len(label)] = label
         taken |= {(row, column + i) for i in range(len(label))}
-    named = find_game(state.game).pockets
+    named = state.game.pockets
     x, y = 0.5 * state.length, 0.5 * state.width
     key = [f'{labels[ball]} {ball_in_words(ball)}' for ball in labels if not ball.isdecimal()]
     return '\n'.join(

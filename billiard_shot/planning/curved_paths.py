@@ -20,11 +20,12 @@ from billiard_shot.planning.problem import Problem
 from billiard_shot.planning.waypoints import distances_from, MIN_CUT_COSINE, Waypoint
 from billiard_shot.records import Array
 from billiard_shot.scene.player import AZIMUTH, ELEVATION
-from billiard_shot.shot.on_table import table_task
-from billiard_shot.shot.strike import Strokes
+from billiard_shot.shot.accuracy import Accuracy
+from billiard_shot.shot.play import play_by
+from billiard_shot.shot.setting import alone
 from billiard_shot.shot.stroke import vectors_of
 from billiard_shot.status import Status
-from billiard_shot.table.simulate import run_recorded
+from billiard_shot.table.task import run_recorded
 from billiard_shot.table.trajectory import Trajectory
 
 SIDE_FACTORS = (-0.9, -0.6, -0.3, 0.0, 0.3, 0.6, 0.9)  # a and b relative to the largest offset
@@ -65,17 +66,16 @@ def build_strike_library(problem: Problem) -> StrikeLibrary:
         ]
     ).reshape(-1, 3)
     strokes = np.column_stack([offsets, np.zeros(len(offsets)), np.ones(len(offsets))])
-    normals, velocities = vectors_of(strokes)
-    centre = np.array([0.0, 0.0, problem.radius])
     model = problem.model._replace(follow_through=0.0)  # double hits do not scale with the speed
-    library = Strokes(model, normals, velocities, centre)
-    run = run_recorded(table_task(library, CURVE_TOLERANCE))
+    accuracy = Accuracy(CURVE_TOLERANCE, checked=False)
+    run = play_by(run_recorded, alone(model), *vectors_of(strokes), None, accuracy)
     ends = run.tables['segments']
-    rests = (run.cues['status'] == Status.OK) & (run.tables['status'] == Status.OK)
-    kept = np.flatnonzero(rests & ~run.cues['miscue'] & (np.diff(ends, prepend=0) <= MAX_SEGMENTS))
+    usual = (run.status == Status.OK) & ~run.cues['miscue']
+    kept = np.flatnonzero(usual & (np.diff(ends, prepend=0) <= MAX_SEGMENTS))
     motions = np.split(run.segments, ends[:-1])
     paths = [Trajectory(motions[i].copy()) for i in kept]
-    places = [path.at(_times(path)).position - centre for path in paths]
+    start = np.array([0.0, 0.0, problem.radius])
+    places = [path.at(_times(path)).position - start for path in paths]
     return StrikeLibrary(offsets[kept], np.array(places).reshape(-1, PATH_POINTS, 3))
 
 

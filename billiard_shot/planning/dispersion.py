@@ -13,7 +13,7 @@ from billiard_shot.planning.statistics import sample_execution_noise
 from billiard_shot.records import Array
 from billiard_shot.scene import Noise
 from billiard_shot.table.motion import POCKETED
-from billiard_shot.table.simulate import BatchRecording
+from billiard_shot.table.task import BatchRecording
 
 PIECES = 6  # straight lines by which a segment is approximated
 

@@ -6,43 +6,23 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.planning.mapped_starts import (
-    all_solved,
-    Ground,
-    Mapped,
-    SOLVED,
-    start_mapped,
-)
+from billiard_shot.planning.noises import accuracy_within, TRIALS
 from billiard_shot.planning.outcome_targets import penalties_at_rest
-from billiard_shot.planning.places import put_at
+from billiard_shot.planning.places import tables_at
 from billiard_shot.planning.problem import Problem
 from billiard_shot.planning.score import Goal, Kind, Runs, score_tables, Sought
-from billiard_shot.records import Array, ROWS
-from billiard_shot.scene.player import AZIMUTH
+from billiard_shot.records import Array
 from billiard_shot.scene.values import as_floats
-from billiard_shot.shot.accuracy import HOPS
-from billiard_shot.shot.clearance import surroundings_of
-from billiard_shot.shot.model import cue_params
-from billiard_shot.shot.on_table import others_in, reaching_speed, starts_of, strike_batch
-from billiard_shot.shot.strike import Strokes
+from billiard_shot.shot.mapped_strike import Mapped
+from billiard_shot.shot.play import play_by
 from billiard_shot.shot.stroke import vectors_of
 from billiard_shot.status import Status
-from billiard_shot.table.cue import CueRecord
 from billiard_shot.table.event_loop import BallOutcome, TableOutcome
 from billiard_shot.table.motion import SegmentRecord
-from billiard_shot.table.simulate import (
-    batch_of,
-    BatchRecording,
-    run_recorded,
-    TableBatch,
-    TableTask,
-)
 from billiard_shot.table.simulation_state import BallRule
+from billiard_shot.table.table_batch import batch_of, TableBatch
+from billiard_shot.table.task import BatchRecording, run_recorded
 
-TRIAL_TOLERANCE = 1e-3  # m, of trajectories
-# m: while the search compares strokes, trajectories may err by the displacement that the standard
-# error of the azimuth causes over this distance
-ORDINARY_PATH = 2.0
 # A planned stroke may end with these, but not in a miscue: a sliding tip is not repeatable.
 USABLE_STATUSES = (Status.OK, Status.INFINITE_SEQUENCE, Status.TOLERANCE_NOT_REACHED)
 IS_USABLE = np.isin(np.arange(max(Status) + 1), USABLE_STATUSES)  # of each status
@@ -166,73 +146,13 @@ def simulate_strokes(
 
     Parameters as of `evaluate_strokes`; with `rules` each table ends as soon as it is decided.
     """
-    started = start_strokes(problem, strokes, mapped, coarse)
-    task = started.task
-    if places is not None:
-        put_at(problem, task, started.cues['others'], places)
-    usable = IS_USABLE[started.status] & ~started.cues['miscue']
-    if rules is not None:
-        task.starts['velocity'][~usable] = task.starts['spin'][~usable] = 0.0
-    return run_recorded(task._replace(rules=rules)), usable
-
-
-class Started(NamedTuple):
-    """
-    Tables as n strokes leave them.
-
-    Attributes
-    ----------
-    task : TableTask
-        Its balls begin as the strikes leave them.
-    status : (n,) int array
-        Status of the strikes.
-    cues : (n,) array of CueRecord
-        After the strikes; of mapped ones only where the cue is, and how it moves.
-
-    """
-
-    task: TableTask
-    status: NDArray[np.int64]
-    cues: NDArray[np.void]
-
-
-def start_strokes(
-    problem: Problem, strokes: Array, mapped: Mapped | None, coarse: bool
-) -> Started:
-    """Strike the ball with each of the strokes (n, 5)."""
-    scene, model, count = problem.scene, problem.model, len(strokes)
-    centre, others = np.array([*problem.cue_ball, problem.radius]), others_in(scene)
-    around, tolerance = surroundings_of(scene), TRIAL_TOLERANCE
-    if coarse:
-        tolerance = max(tolerance, ORDINARY_PATH * float(problem.sigmas[AZIMUTH]))
-    mapped = mapped or all_solved(count)
-    starts, cues = starts_of(centre, others, count), ROWS.records(CueRecord, count)
-    status = np.zeros(count, np.int64)
-    solved = np.flatnonzero(mapped.number == SOLVED)
-    if len(solved):
-        vectors = vectors_of(strokes[solved])
-        asked = Strokes(model, *vectors, centre, around, table=problem.table, others=others)
-        struck = strike_batch(asked, tolerance)
-        done = struck.cues
-        for name in ('position', 'velocity', 'spin', 'first_contact'):
-            starts[name][solved] = struck.balls[name]
-        cues[solved], status[solved] = done, done['status']
-    if len(solved) < count:
-        ground = Ground(model, around, centre)
-        starts, cues, status = start_mapped(ground, strokes, mapped, starts, cues, status)
-    task = TableTask(
-        model.surface,
-        problem.table,
-        starts,
-        HOPS * tolerance,
-        cue=cue_params(model, problem.table),
-        cues=cues,
-        fast_rebounds=coarse,
+    recording = play_by(
+        run_recorded,
+        problem.setting,
+        *vectors_of(strokes),
+        None if places is None else tables_at(problem, places),
+        accuracy_within(problem.sigmas) if coarse else TRIALS,
+        mapped=mapped,
+        rules=rules,
     )
-    return Started(task, status, cues)
-
-
-def reaching_speed_in(problem: Problem) -> float:
-    """Speed of the cue [m/s] from which on the ball may reach others in a strike; or infinite."""
-    place, others = np.array([*problem.cue_ball, problem.radius]), others_in(problem.scene)
-    return reaching_speed(problem.model, problem.table, place, others)
+    return recording, IS_USABLE[recording.cues['status']] & ~recording.cues['miscue']

@@ -12,10 +12,10 @@ from billiard_shot.planning.targets import Pot
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL
+from billiard_shot.shot.aim import aim
 from billiard_shot.shot.ghost_ball import cut_of_path, grazing
 from billiard_shot.shot.predict import predict
 from billiard_shot.shot.shot import Shot
-from billiard_shot.shot.stroke import Stroke
 from billiard_shot.table.outline import outline_of
 from billiard_shot.table.run import POCKET_NAMES
 from billiard_shot.table.trajectory import EventKind
@@ -164,7 +164,7 @@ def straight_attempt(scene: Scene, ball: str, pocket: str) -> Shot:
         If the pot needs a cut of 90 degrees or more.
 
     """
-    return predict(scene, Stroke.at(scene, ball, pocket=pocket, speed=FIRM))
+    return predict(scene, aim(scene, ball, pocket=pocket, speed=FIRM))
 
 
 def _line_of_centres(start: Array, way: float, there: Array, apart: float) -> float | None:

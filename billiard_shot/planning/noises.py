@@ -1,14 +1,35 @@
-"""The execution noise that a request states: by a name, or by its standard deviations."""
+"""The execution noise that a request states, and how accurate strokes with it must be."""
 
 from collections.abc import Mapping
 from typing import Any
 
+from billiard_shot.records import Array
 from billiard_shot.scene import Noise, Scene
 from billiard_shot.scene.checks import read
 from billiard_shot.scene.errors import InputError
+from billiard_shot.scene.player import AZIMUTH
+from billiard_shot.shot.accuracy import Accuracy
 
 # Noise of the computer pool tournaments, see `Noise`; no noise at all.
 NOISES = {'tournament': Noise(), 'none': Noise(0.0, 0.0, 0.0, 0.0, 0.0)}
+TRIALS = Accuracy(1e-3, checked=False)  # of the trials of finished plans
+# m: while strokes are compared, trajectories may err by the displacement that the standard error
+# of the azimuth causes over this distance
+ORDINARY_PATH = 2.0
+
+
+def accuracy_within(sigmas: Array) -> Accuracy:
+    """
+    Find the accuracy that the errors of a player call for.
+
+    Parameters
+    ----------
+    sigmas : (5,) float array
+        Standard deviations of a, b (ball radii), elevation, azimuth (rad) and speed (m/s).
+
+    """
+    tolerance = max(TRIALS.tolerance, ORDINARY_PATH * float(sigmas[AZIMUTH]))
+    return TRIALS._replace(tolerance=tolerance, fast_rebounds=True)
 
 
 def noise_of(scene: Scene, noise: str | Noise | Mapping[str, Any] | None) -> Noise:

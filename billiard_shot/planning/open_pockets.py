@@ -22,8 +22,8 @@ from billiard_shot.records import Floats, Storage
 from billiard_shot.scene import Scene
 from billiard_shot.table.effects import params_on_table
 from billiard_shot.table.geometry import lay_out, PackedTable, POCKETS
-from billiard_shot.table.simulate import in_threads
 from billiard_shot.table.table_states import TableStates
+from billiard_shot.table.threads import in_threads
 
 
 @inner

@@ -8,7 +8,7 @@ from billiard_shot.planning.shots import shots
 from billiard_shot.planning.targets import ANY, Break, Safe
 from billiard_shot.records import Array
 from billiard_shot.table.motion import NOTHING
-from billiard_shot.table.simulate import TableBatch
+from billiard_shot.table.table_batch import TableBatch
 
 
 def penalties_at_rest(problem: Problem, outcomes: TableBatch, fouls: Array) -> Array:

@@ -8,12 +8,11 @@ the cue ball is also an error of the contact point of the tip.
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from billiard_shot.planning.problem import Problem
 from billiard_shot.records import Array
 from billiard_shot.shot.model import tip_reach
-from billiard_shot.table.simulate import TableTask
+from billiard_shot.table.table_states import TableStates
 
 NEAR_SIGMAS = 12.0
 """Balls that are farther apart than this number of standard deviations never overlap."""
@@ -78,16 +77,7 @@ def as_struck(problem: Problem, strokes: Array, places: Array) -> Array:
     return met
 
 
-def put_at(problem: Problem, task: TableTask, together: NDArray[np.bool_], places: Array) -> None:
-    """
-    Put the balls of tables at their places, with the cues that follow the cue balls.
-
-    Strikes that the cue ball makes together with balls or cushions near it were solved for the
-    places where the balls are believed to lie. So the balls of these tables stay there.
-    """
-    free = ~together
-    moved = (places - problem.places)[free]
-    starts = task.starts['position']
-    starts[free, :, :2] += moved
-    if task.cues is not None:
-        task.cues['tip'][free, :2] += moved[:, 0]
+def tables_at(problem: Problem, places: Array) -> TableStates:
+    """Make tables whose balls lie at places (n, balls, 2) [m]."""
+    height = np.full((*places.shape[:2], 1), problem.radius)
+    return TableStates(problem.names, np.concatenate([places, height], axis=2))

@@ -17,7 +17,8 @@ from billiard_shot.records import Array
 from billiard_shot.table.geometry import layout_of
 from billiard_shot.table.initial_states import ball_starts
 from billiard_shot.table.params import BallClothParams, TableParams
-from billiard_shot.table.simulate import run_many, TableTask
+from billiard_shot.table.simulate import run_many
+from billiard_shot.table.task import TableTask
 
 # Directions of the axes into the pockets [rad], counter-clockwise from +x.
 AXES = np.radians([45.0, 135.0, 225.0, 315.0, 90.0, -90.0])

@@ -25,12 +25,9 @@ from billiard_shot.planning.targets import (
 )
 from billiard_shot.records import Array, ROWS
 from billiard_shot.scene import Noise, Scene
-from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.model import StrikeModel
-from billiard_shot.shot.on_table import names_of
-from billiard_shot.table.effects import params_on_table
+from billiard_shot.shot.setting import Setting, setting_of
 from billiard_shot.table.geometry import layout_of, POCKETS, TableModel
-from billiard_shot.table.params import TableParams
 from billiard_shot.table.run import POCKET_NAMES
 from billiard_shot.table.simulation_state import BallRule
 
@@ -43,10 +40,8 @@ class Problem:
     target: Target
     limits: Limits
     noise: Noise
-    model: StrikeModel
-    table: TableParams
+    setting: Setting
     layout: TableModel
-    names: tuple[str, ...]  # of all balls, the cue ball first
     places: Array  # (balls, 2) m
     balls: tuple[int, ...]  # indices of the balls to be potted, or of those to be met first
     pockets: NDArray[np.int64]  # pockets into which the balls may fall
@@ -56,6 +51,16 @@ class Problem:
     holes: Array  # (POCKETS, 2) m
     sigmas: Array  # (5,) of a, b (ball radii), elevation, azimuth (rad), speed (m/s)
     place_sigma: float  # m, of x and of y of every ball
+
+    @property
+    def model(self) -> StrikeModel:
+        """What a strike depends on."""
+        return self.setting.model
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of all balls, the cue ball first."""
+        return self.setting.names
 
     @property
     def radius(self) -> float:
@@ -80,10 +85,9 @@ class Problem:
 
 def problem_of(scene: Scene, target: Target, limits: Limits, noise: Noise) -> Problem:
     """Make the planning problem of a scene and a target."""
-    names = names_of(scene)
-    places = np.array([scene.cue_ball[:2], *(scene.balls[name] for name in names[1:])])
-    params, table = params_on_table(scene)
-    layout = layout_of(params, table)
+    setting = setting_of(scene)
+    names, places = setting.names, setting.starts['position'][0, :, :2].copy()
+    layout = layout_of(setting.model.surface, setting.table)
     rules: NDArray[np.void] = ROWS.records(BallRule, len(names))
     rules['must_stay'] = [name == names[0] or name in limits.keep for name in names]
     if limits.first_contact:
@@ -111,14 +115,12 @@ def problem_of(scene: Scene, target: Target, limits: Limits, noise: Noise) -> Pr
         target,
         limits,
         noise,
-        model_of(scene),
-        table,
-        layout=layout,
-        names=names,
+        setting,
+        layout,
         places=places,
         balls=balls,
         pockets=pockets,
-        goal=_goal(target, params.radius, balls, must_meet=bool(limits.first_contact)),
+        goal=_goal(target, scene.ball.radius, balls, must_meet=bool(limits.first_contact)),
         rules=rules,
         wanted=wanted,
         holes=holes,

@@ -13,17 +13,13 @@ from typing import Any, Protocol, TypeVar
 
 import numpy as np
 
-from billiard_shot.planning.evaluate import (
-    evaluate_strokes,
-    Outcomes,
-    reaching_speed_in,
-    ValueFunction,
-)
-from billiard_shot.planning.mapped_starts import all_solved, Mapped
+from billiard_shot.planning.evaluate import evaluate_strokes, Outcomes, ValueFunction
 from billiard_shot.planning.places import as_struck
 from billiard_shot.planning.problem import Problem
 from billiard_shot.planning.strike_map import bounds_of, Cell, Fit, fit_cell, Maps
 from billiard_shot.records import Array
+from billiard_shot.shot.mapped_strike import all_solved, Mapped
+from billiard_shot.shot.strike import reaching_speed
 
 T = TypeVar('T')
 
@@ -70,7 +66,9 @@ class Runner:
     ) -> None:
         self.budget, self.simulations, self.best = budget, 0, 0.0
         self.reserved = round(FINAL_RESERVE * budget)
-        self._maps = Maps(problem.model, bounds_of(problem.sigmas), reaching_speed_in(problem))
+        self._maps = Maps(
+            problem.model, bounds_of(problem.sigmas), reaching_speed(problem.setting)
+        )
         self._executor = executor
         self._problem, self._work = problem, partial(evaluate_strokes, problem, value=value)
         self._progress, self._cancel = progress, cancel

@@ -27,17 +27,16 @@ from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.scene.player import A, B, ELEVATION, OFFSETS, SPEED
 from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.model import StrikeModel
-from billiard_shot.shot.on_table import strike_batch
+from billiard_shot.shot.on_table import strike
 from billiard_shot.shot.refusals import raising_of
-from billiard_shot.shot.strike import Strokes
 from billiard_shot.shot.stroke import vectors_of
 from billiard_shot.status import Status
 from billiard_shot.table.data_frame import data_frame
 from billiard_shot.table.effects import params_on_table
 from billiard_shot.table.geometry import lay_out, POCKETS
 from billiard_shot.table.run import POCKET_NAMES
-from billiard_shot.table.simulate import in_threads, INTERPRETED_AT_MOST
 from billiard_shot.table.table_states import ManyStates, table_states, TableStates
+from billiard_shot.table.threads import in_threads, INTERPRETED_AT_MOST
 
 UNSCALED_SPEED = 2.0  # m/s of the strokes whose strikes are scaled to other speeds
 OFFSET = 0.02  # ball radii: error of a whose effect is extrapolated
@@ -266,9 +265,7 @@ def strikes_of(model: StrikeModel) -> Array:
     strokes[..., SPEED] = UNSCALED_SPEED
     strokes[1, :, A], strokes[2, :, A] = -OFFSET, OFFSET
     surface = model.surface
-    centre = np.array([0.0, 0.0, surface.radius])
-    vectors = vectors_of(strokes.reshape(-1, 5))
-    solved = strike_batch(Strokes(model, *vectors, centre), UNSCALED_TOLERANCE).cues
+    solved = strike(model, *vectors_of(strokes.reshape(-1, 5)), UNSCALED_TOLERANCE)
     motions = (
         np.concatenate([solved['velocity'], surface.radius * solved['spin']], axis=1)
         / UNSCALED_SPEED

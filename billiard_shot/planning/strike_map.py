@@ -22,12 +22,11 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.planning.mapped_starts import DEGREE, Mapped, MOTION, SOLVED, TERMS
 from billiard_shot.records import Array
 from billiard_shot.scene.player import SPEED
+from billiard_shot.shot.mapped_strike import DEGREE, Mapped, MOTION, SOLVED, TERMS
 from billiard_shot.shot.model import StrikeModel
-from billiard_shot.shot.on_table import strike_batch
-from billiard_shot.shot.strike import Strokes
+from billiard_shot.shot.on_table import strike
 from billiard_shot.shot.stroke import vectors_of
 from billiard_shot.status import Status
 
@@ -79,7 +78,7 @@ class Maps:
         Errors of velocity, of spin times radius, and of cue speed, that do not matter, see
         `bounds_of`.
     slower_than : float
-        Speed of the cue from which on strokes are not mapped [m/s], see `reaching_speed`.
+        Speed of the cue from which on strokes are not mapped [m/s], see `reaching_speeds`.
 
     """
 
@@ -139,7 +138,7 @@ class Maps:
         corners = np.array([cell[1:] for cell in used], float).reshape(-1, 3)
         coefficients = [self.fits[cell].coefficients for cell in used]
         stacked = np.array(coefficients).reshape(-1, TERMS, MOTION)
-        return Mapped(number, (corners + 0.5) * sizes, 0.5 * sizes, stacked)
+        return Mapped(strokes, number, (corners + 0.5) * sizes, 0.5 * sizes, stacked)
 
 
 @lru_cache(maxsize=8)
@@ -175,9 +174,7 @@ def fit_cell(model: StrikeModel, cell: Cell) -> Fit:
     strokes = np.zeros((len(places), 5))
     strokes[:, :3] = (np.array(cell[1:]) + 0.5 + 0.5 * places) * sizes_of(cell[0])
     strokes[:, SPEED] = 1.0
-    radius = model.surface.radius
-    centre = np.array([0.0, 0.0, radius])
-    strikes = strike_batch(Strokes(model, *vectors_of(strokes), centre), CELL_TOLERANCE).cues
+    strikes = strike(model, *vectors_of(strokes), CELL_TOLERANCE)
     unfit = (strikes['status'] != Status.OK) | strikes['miscue'] | (strikes['hits'] > 1)
     if unfit.any():
         return Fit(np.zeros((len(EXPONENTS), MOTION)), np.full(MOTION, np.inf))
@@ -185,7 +182,7 @@ def fit_cell(model: StrikeModel, cell: Cell) -> Fit:
     terms = terms_of(places)
     found = np.linalg.lstsq(terms[:FITTED_STRIKES], exact[:FITTED_STRIKES], rcond=None)[0]
     errors = np.abs(terms[FITTED_STRIKES:] @ found - exact[FITTED_STRIKES:])
-    errors[:, 3:6] *= radius
+    errors[:, 3:6] *= model.surface.radius
     return Fit(found, np.sqrt((errors**2).mean(axis=0)))
 
 

@@ -6,8 +6,7 @@ from billiard_shot.records import Array
 from billiard_shot.scene import Scene
 from billiard_shot.scene.player import SPEED
 from billiard_shot.shot.model import StrikeModel
-from billiard_shot.shot.on_table import strike_batch
-from billiard_shot.shot.strike import Strokes
+from billiard_shot.shot.on_table import strike
 from billiard_shot.shot.stroke import vectors_of
 from billiard_shot.status import Status
 
@@ -54,9 +53,7 @@ def motions_after(scene: Scene, model: StrikeModel, strokes: Array) -> Array:
 
     Strokes (n, 5) are as in `vectors_of`. The result is NaN for strokes that cannot be played.
     """
-    normals, velocities = vectors_of(strokes)
-    centre = np.array([0.0, 0.0, scene.ball.radius])
-    strikes = strike_batch(Strokes(model, normals, velocities, centre), STRIKE_TOLERANCE).cues
+    strikes = strike(model, *vectors_of(strokes), STRIKE_TOLERANCE)
     result = np.concatenate([strikes['velocity'], surface_speed(scene, strikes['spin'])], axis=1)
     result[strikes['status'] >= Status.MISS] = np.nan
     return result

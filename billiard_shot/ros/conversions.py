@@ -26,7 +26,7 @@ from billiard_shot.perception.sightings import Balls, Sighting
 from billiard_shot.records import Array, Triple
 from billiard_shot.ros.parameters import MAX_SAMPLES
 from billiard_shot.scene.placement import CUE_BALL
-from billiard_shot.shot.predict import BatchResult
+from billiard_shot.shot.stroke_batch import StrokeBatch
 from billiard_shot.status import Status
 
 MAX_STROKES = 10_000
@@ -247,7 +247,7 @@ def response_of(shot: Shot, sample_count: int, all_balls: bool = False) -> Predi
     return response
 
 
-def batch_response(batch: Batch, result: BatchResult, wall_time: float) -> PredictShots.Response:
+def batch_response(batch: Batch, result: StrokeBatch, wall_time: float) -> PredictShots.Response:
     """Make the answer for the predictions of a batch; numbers of refused strokes are zero."""
     statuses = np.where(batch.statuses, batch.statuses, result.status)
     played = statuses < Status.MISS
@@ -261,10 +261,10 @@ def batch_response(batch: Batch, result: BatchResult, wall_time: float) -> Predi
         miscues=(played & result.miscue).tolist(),
         velocities=flat(result.velocity),
         spins=flat(result.spin),
-        final_positions=flat(result.run.final_position),
+        final_positions=flat(result.final_position),
         error_estimates=flat(result.error_estimate),
-        balls=list(result.run.names),
-        final_motions=array('B', result.run.motion.tobytes()),
+        balls=list(result.names),
+        final_motions=array('B', result.motion.tobytes()),
         compute_time=wall_time,
     )
 

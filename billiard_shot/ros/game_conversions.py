@@ -45,6 +45,7 @@ def state_of(message: GameState, balls: Mapping[str, tuple[float, float]], scene
 def game_state_message(state: State) -> GameState:
     """Message of the state of a game."""
     values = _shared(state)
+    values['game'] = state.game.name
     values['winner'] = NOBODY if state.winner is None else state.winner
     return GameState(**{**values, 'choices': list(state.choices), 'groups': list(state.groups)})
 

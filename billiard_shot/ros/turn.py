@@ -134,7 +134,7 @@ class Turn:
 
     def _shoot(self, state: State, seen: Balls, decision: Decision, stroke: Stroke) -> None:
         """Play a stroke that was decided for the balls that were seen, watch them, and judge."""
-        scene, name = scene_of(self.table.scene, state), f'{state.game} {state.shots + 1}'
+        scene, name = scene_of(self.table.scene, state), f'{state.game.name} {state.shots + 1}'
         goal = self.table.client.goal(stroke, seen, scene, name)
         shot_id = goal.plan.shot_id
         self.tell(TurnStage.PLAY, decision.reason or 'plays', shot_id, {})

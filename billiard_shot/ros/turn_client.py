@@ -13,7 +13,7 @@ from rclpy.action import ActionClient
 from rclpy.client import Client
 
 from billiard_shot import Scene
-from billiard_shot.game.game import start
+from billiard_shot.game.racking import start
 from billiard_shot.game.state import State
 from billiard_shot.game.typed import OUTCOME_HELP, read_outcome
 from billiard_shot.ros.client import LOOK_PERIOD, result_of, RobotClient
@@ -58,8 +58,8 @@ def first_state(options: argparse.Namespace, scene: Scene) -> State:
     """Read the state of the game, or start a game; ValueError if that is not possible."""
     if options.state and options.state.exists():
         state = State.load(options.state)
-        if options.game not in (None, state.game):
-            raise ValueError(f'--game: {options.state} has a game of {state.game}')
+        if options.game not in (None, state.game.name):
+            raise ValueError(f'--game: {options.state} has a game of {state.game.name}')
         if state.over:
             raise ValueError(f'--state: the game of {options.state} is over')
         return state
@@ -116,7 +116,7 @@ def play_turn(
     """Have a turn played, and print it; return False if it was not played, or the rack is lost."""
     action: ActionClient[Any, Any, Any] = ActionClient(client, PlayTurn, 'play_turn')
     client.wait_for('player', action.server_is_ready)
-    say(f'{state.game}: {len(state.object_balls)} balls, player {state.player}')
+    say(f'{state.game.name}: {len(state.object_balls)} balls, player {state.player}')
     goal = PlayTurn.Goal(
         state=game_state_message(state),
         balls=balls_message(state.balls),

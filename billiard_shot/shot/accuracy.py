@@ -7,6 +7,8 @@ is how long the motion can last: at speed v, v / (mu_r g) to roll out, 2 |u| / (
 and 2 v / (g (1 - e)) in the air.
 """
 
+from typing import NamedTuple
+
 from billiard_shot.compiled import inner
 from billiard_shot.numerics import rounding
 from billiard_shot.shot.model import StrikeModel
@@ -15,7 +17,21 @@ from billiard_shot.shot.model import StrikeModel
 # the roll that follows keeps 2/7.
 AMPLIFICATION = 4.0
 HOPS = 0.25  # share of the tolerance for hops that are left out
+HOPS_BEFORE_CUSHIONS = 0.1 * HOPS  # cushions magnify the error of a hop ten times
 FINEST_IMPACT, COARSEST_IMPACT = 1e-13, 1e-4  # of what the impact can be asked for
+DEFAULT_SHOT_TOLERANCE = 1e-4  # m
+
+
+class Accuracy(NamedTuple):
+    """How accurately strokes are played."""
+
+    tolerance: float  # m, of trajectories
+    # Whether errors are estimated, and a stroke that does not keep the tolerance is told.
+    checked: bool = True
+    fast_rebounds: bool = False  # see `TableTask`
+
+
+USUAL_ACCURACY = Accuracy(DEFAULT_SHOT_TOLERANCE)
 
 
 @inner

@@ -9,32 +9,89 @@ import math
 import numpy as np
 
 from billiard_shot.numerics.angles import wrapped
-from billiard_shot.scene import Scene
+from billiard_shot.scene import Scene, SceneLike
 from billiard_shot.scene.errors import must_be_one_of, refused
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.ghost_ball import path_of_cut, path_of_line
 from billiard_shot.shot.predict import predict
 from billiard_shot.shot.refusals import lowest_elevation, Margins, margins_for
-from billiard_shot.shot.stroke import Stroke
+from billiard_shot.shot.stroke import read_angle, read_numbers, Stroke
 from billiard_shot.table.outline import outline_of
 from billiard_shot.table.run import POCKET_NAMES
 
 AimTarget = str | Sequence[float]  # a ball, or x and y of a point [m]
 
 
-def aimed_stroke(
-    scene: Scene,
+def aim(
+    scene: SceneLike,
     target: AimTarget,
+    *,
     speed: float,
-    cut: float,
-    pocket: str | None,
-    a: float,
-    b: float,
-    elevation: float | None,
-    margin: float | None,
-    correct_squirt: bool,
+    cut: float | None = None,
+    cut_deg: float | None = None,
+    pocket: str | None = None,
+    a: float = 0.0,
+    b: float = 0.0,
+    elevation: float | None = None,
+    elevation_deg: float | None = None,
+    margin: float | None = None,
+    margin_deg: float | None = None,
+    correct_squirt: bool = False,
 ) -> Stroke:
-    """Make the stroke of `Stroke.at`; angles in radians."""
+    """
+    Aim a stroke at a ball or at a point.
+
+    Parameters
+    ----------
+    scene : Scene, str or Path
+        Scene with the cue ball and its target.
+    target : str or (2,) sequence of float
+        Name of a ball, or x and y of a point [m], to which the line of the stroke goes.
+    speed : float
+        Of the cue [m/s], 1e-12 to 1e12.
+    cut : float
+        Cut angle [rad], from the line of the stroke to the direction of the ball: positive sends
+        the ball to the right, as seen along the stroke. Between -pi/2 and pi/2; 0 by default.
+    cut_deg : float
+        The same angle in degrees.
+    pocket : str
+        Pocket into whose middle the ball shall go, instead of a cut angle.
+    a, b, elevation, elevation_deg : float
+        As for `Stroke.from_offsets`; by default the elevation is the lowest that leaves the
+        margin, to 0.05 degrees.
+    margin : float
+        Angle by which the cue can be lower and still has room [rad], 0 to pi/2. By default the cue
+        has room for the errors of the scene's player: lower by three standard deviations of the
+        elevation, and of `b`. Fewer than 1 in 200 strokes are refused then.
+    margin_deg : float
+        The same angle in degrees.
+    correct_squirt : bool
+        Whether to turn the cue so that the cue ball leaves along the line, in spite of its side
+        spin. Neither throw nor swerve is corrected: `plan` does that.
+
+    Raises
+    ------
+    ValueError
+        If there is no such ball or pocket, if the cut is not possible, or a number is out of
+        range.
+
+    """
+    half = 0.5 * math.pi
+    scene = Scene.load(scene)
+    is_cut = cut is not None or cut_deg is not None
+    if pocket is not None and is_cut:
+        raise ValueError('pocket must not be given together with a cut')
+    if not isinstance(target, str):
+        target = read_numbers('target', target, 2)
+        if is_cut:
+            raise ValueError('cut must not be given for a point; it needs a ball')
+    if elevation is not None or elevation_deg is not None:
+        if margin is not None or margin_deg is not None:
+            raise ValueError('margin must not be given together with an elevation')
+        elevation = read_angle('elevation', elevation, elevation_deg, 0.0, half)
+    if margin is not None or margin_deg is not None:
+        margin = read_angle('margin', margin, margin_deg, 0.0, half)
+    cut = read_angle('cut', cut, cut_deg, -half, half)
     if pocket is not None:
         cut = cut_for_pocket(scene, target, pocket)
     azimuth = azimuth_at(scene, target, cut)

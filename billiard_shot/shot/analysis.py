@@ -5,12 +5,9 @@ from numpy.typing import NDArray
 
 from billiard_shot.scene import Scene
 from billiard_shot.shot.effects import Effect, GATES, model_of, ShotContext
-from billiard_shot.shot.on_table import strokes_in
-from billiard_shot.shot.play import play_many
-from billiard_shot.shot.predict import predict
+from billiard_shot.shot.predict import predict, predict_batch
 from billiard_shot.shot.shot import Shot
 from billiard_shot.shot.stroke import stroke_at
-from billiard_shot.status import Status
 from billiard_shot.table.effects import report
 
 DIFFERENCE_STEP = 1e-4  # in radii, radians and parts of the speed
@@ -53,9 +50,8 @@ def sensitivity_of(shot: Shot) -> NDArray[np.float64]:
     changes = np.vstack([np.zeros(5), np.diag(steps), -np.diag(steps)])
     near = [stroke_at(*(base + change)) for change in changes]
     normals, velocities = np.array([s.normal for s in near]), np.array([s.velocity for s in near])
-    strokes = strokes_in(shot.scene, normals, velocities, shot.position)
-    ends = play_many(strokes, ANALYSIS_TOLERANCE)
-    played, places = ends.status < Status.MISS, ends.run.balls['position'][:, 0]
+    ends = predict_batch(shot.scene, normals, velocities, ANALYSIS_TOLERANCE, shot.position)
+    played, places = ~ends.refused, ends.final_position[:, 0]
     rest = np.where(played[:, np.newaxis], places, places[0])[:, :2]
     reach = np.where(played, np.concatenate([[0.0], steps, -steps]), 0.0)
     span = reach[1:6] - reach[6:]

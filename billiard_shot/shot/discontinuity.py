@@ -9,11 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.impact.laws import ENERGETIC
-from billiard_shot.shot.accuracy import strike_tolerance
-from billiard_shot.shot.on_table import table_task
-from billiard_shot.shot.strike import Strokes
+from billiard_shot.records import Array
+from billiard_shot.shot.accuracy import Accuracy, strike_tolerance
+from billiard_shot.shot.model import StrikeModel
+from billiard_shot.shot.on_table import task_of
+from billiard_shot.shot.setting import alone
 from billiard_shot.status import MISS
-from billiard_shot.table.simulate import run_tables
+from billiard_shot.table.task import run_tables
 
 # Tolerances of the strike, relative to the stiffness: near enough to be on a jump.
 NEAR_A_JUMP = 10.0
@@ -22,8 +24,12 @@ SUSPECT = 1e4  # changes of the stiffness: margins of decisions that they may tu
 
 
 def discontinuities_of_law(
-    strokes: Strokes, cues: NDArray[np.void], tolerance: float
-) -> NDArray[np.float64]:
+    model: StrikeModel,
+    normals: Array,
+    velocities: Array,
+    cues: NDArray[np.void],
+    tolerance: float,
+) -> Array:
     """
     Find how far the resting places of strokes on endless cloth jump (n,) [m]; 0: not at all.
 
@@ -33,21 +39,21 @@ def discontinuities_of_law(
 
     Parameters
     ----------
-    strokes : Strokes
+    model : StrikeModel
+    normals, velocities : (n, 3) float arrays
     cues : (n,) array of CueRecord
         After these strokes. Those in which the ball reached others do not count.
     tolerance : float
         Of the trajectories [m].
 
     """
-    model = strokes.model
     found = np.zeros(len(cues))
     if model.law != ENERGETIC:  # the others have next to none
         return found
     near = cues['discontinuity_margin'] < SUSPECT * NEAR_A_JUMP * COARSEST_STRIKE
     if not near.any():
         return found
-    speeds = np.linalg.norm(strokes.velocities, axis=1)
+    speeds = np.linalg.norm(velocities, axis=1)
     near &= (cues['status'] < MISS) & (cues['phases'] > 1) & ~cues['others']
     for i in np.flatnonzero(near):
         accuracy = min(strike_tolerance(model, float(speeds[i]), tolerance), COARSEST_STRIKE)
@@ -58,14 +64,14 @@ def discontinuities_of_law(
         ends = []
         for factor in (1.0 - change, 1.0, 1.0 + change):
             changed = model._replace(stiffness=(tip * factor, table), follow_through=0.0)
-            n, v = strokes.normals[i : i + 1], strokes.velocities[i : i + 1]
-            ends.append(_final_position(Strokes(changed, n, v, strokes.position), tolerance))
+            ends.append(_end(changed, normals[i : i + 1], velocities[i : i + 1], tolerance))
         bend = float(np.linalg.norm(ends[0] - 2.0 * ends[1] + ends[2]))
         found[i] = bend if bend > 2.0 * tolerance else 0.0
     return found
 
 
-def _final_position(stroke: Strokes, tolerance: float) -> NDArray[np.float64]:
+def _end(model: StrikeModel, normal: Array, velocity: Array, tolerance: float) -> Array:
     """Find where the ball of one stroke rests on endless cloth (3,) [m]."""
-    place: NDArray[np.float64] = run_tables(table_task(stroke, tolerance)).balls['position'][0, 0]
+    task = task_of(alone(model), normal, velocity, None, Accuracy(tolerance, checked=False))
+    place: Array = run_tables(task).balls['position'][0, 0]
     return place

@@ -28,7 +28,7 @@ def message_of(status: Status, scene: Scene, stroke: Stroke, trajectory: Traject
                 'is endless'
             )
         case Status.INFINITE_SEQUENCE:
-            return 'an endless, dying sequence of impacts was taken to its limit'
+            return 'an infinite, decaying sequence of impacts was replaced by its limit'
         case Status.NEGATIVE_ENERGY:
             return 'law: poisson drove an elastic energy below zero; take another law'
         case Status.TOLERANCE_NOT_REACHED:
@@ -78,11 +78,10 @@ def _in_the_way(
     a, b, _, azimuth, _ = touching.offsets
     lowest = lowest_elevation(scene, [[a, b, 0.0, azimuth, 1.0]], trajectory.final_position)
     free = math.degrees(lowest[0])
-    room = f'at least {free:g}' if free < 90.0 else 'one at which the cue has room; there is none'
-    return (
-        f'elevation must be {room}, got {elevation:.3g} (degrees); with the velocity '
-        f'{_vector(stroke.velocity)} m/s the cue would go {1e3 * depth:.3g} mm deep through {name}'
-    )
+    blocked = f'{name} blocks the cue, by {1e3 * depth:.3g} mm'
+    if free >= 90.0:
+        return f'{blocked} at {elevation:.3g} degrees; no elevation clears it'
+    return f'elevation must be at least {free:g}, got {elevation:.3g} (degrees): {blocked}'
 
 
 def _vector(values: tuple[float, ...]) -> str:

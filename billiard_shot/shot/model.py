@@ -18,7 +18,7 @@ NORMALS = 16  # that a contact has in TIP_DURATION
 
 
 class StrikeModel(NamedTuple):
-    """What a strike depends on, beside the stroke."""
+    """The numbers of a scene on which a strike depends."""
 
     cue_mass: float  # kg
     inverse_end_mass: float  # 1/kg, for the tip's motion across the cue; 0 if it is guided

@@ -1,120 +1,166 @@
 """
 Strokes from the cue to rest, one or many: strike, table, and how each of them ended.
 
-This is the one place that decides the status of a stroke: alone, in a batch, or at a ball to which
-others are near. A stroke whose ball meets rounded jaws of pockets is played again, finer: each jaw
-magnifies an error a few hundred times.
+This is the one place that decides the status of a stroke: alone, in a batch, on a table of its
+own, or at a ball to which others are near. A stroke whose ball meets rounded jaws of pockets is
+played again, finer: each jaw magnifies an error a few hundred times.
 """
 
+from collections.abc import Callable
 import math
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from billiard_shot import machine_code
 from billiard_shot.records import Array
-from billiard_shot.shot.accuracy import HOPS
+from billiard_shot.scene import Scene
+from billiard_shot.shot.accuracy import Accuracy, USUAL_ACCURACY
 from billiard_shot.shot.discontinuity import discontinuities_of_law
-from billiard_shot.shot.on_table import table_task
-from billiard_shot.shot.strike import Strokes
+from billiard_shot.shot.mapped_strike import Mapped
+from billiard_shot.shot.on_table import task_of
+from billiard_shot.shot.setting import Setting, setting_of
+from billiard_shot.shot.stroke_batch import stroke_batch, StrokeBatch
 from billiard_shot.status import INFINITE_SEQUENCE, OK, TOLERANCE_NOT_REACHED
 from billiard_shot.table.motion import NOTHING
-from billiard_shot.table.simulate import (
-    BatchRecording,
-    in_threads,
-    joined,
-    run_tables,
-    run_with_events,
-)
+from billiard_shot.table.table_states import TableStates
+from billiard_shot.table.task import BatchRecording, COLUMNS, joined, run_tables, TableTask
+from billiard_shot.table.threads import in_threads, INTERPRETED_AT_MOST
 
-# Cushions magnify errors, that of a hop ten times: half of the tolerance is set aside for that.
-HOPS_BEFORE_CUSHIONS, CUSHION_SHARE = 0.1 * HOPS, 0.5
+CUSHION_SHARE = 0.5  # of the tolerance is set aside for cushions, which magnify errors
 # Share of the tolerance for a stroke that is played again: what it errs by is far below its share,
 # so it may be magnified more than a hundred times. And the error that is left, at most: a share of
 # what the repetition changed.
 FINER, LEFT = 1e-2, 0.05
 
 
-class Played(NamedTuple):
-    """Strokes that were played to the end."""
-
-    run: BatchRecording
-    status: NDArray[np.int64]  # (n,) Status of the whole
-    error: Array  # (n,) m, of the trajectory, with the discontinuity
-    discontinuity: Array  # (n,) m
-
-
-def play_one(strokes: Strokes, tolerance: float) -> Played:
+def play(
+    scene: Scene,
+    normals: Array,
+    velocities: Array,
+    tables: TableStates | None = None,
+    accuracy: Accuracy = USUAL_ACCURACY,
+    mapped: Mapped | None = None,
+    workers: int | None = None,
+) -> StrokeBatch:
     """
-    Play a stroke, recording all that happens.
+    Play n strokes, at one table or at n tables, on all cores.
 
     Parameters
     ----------
-    strokes : Strokes
-        One or more; the last one is recorded.
-    tolerance : float
-        Of the trajectories [m].
+    scene : Scene
+    normals, velocities : (n, 3) float arrays
+        As of `Stroke`; NaN where there is no stroke.
+    tables : TableStates, optional
+        n tables, or one for all strokes, the cue ball first; by default the balls of the scene.
+    accuracy : Accuracy
+    mapped : Mapped, optional
+        Which strikes come from maps; by default all are solved.
+    workers : int, optional
+        Threads; by default as many as there are cores.
 
     """
-    return _with_status(_play_finely(strokes, tolerance, recorded=True), tolerance)
+    count, setting = len(normals), setting_of(scene)
+    if count > INTERPRETED_AT_MOST:
+        machine_code.require()
+
+    def play_part(rows: slice) -> BatchRecording:
+        some, maps = _some(tables, rows), mapped and mapped.part(rows)
+        return play_by(
+            run_tables, setting, normals[rows], velocities[rows], some, accuracy, mapped=maps
+        )
+
+    parts = in_threads(play_part, count, workers) or [play_part(slice(0, 0))]
+    names = setting.names if tables is None else tables.names
+    return stroke_batch(scene, names, joined(parts))
 
 
-def play_many(strokes: Strokes, tolerance: float) -> Played:
-    """Play strokes on all cores; parameters as of `play_one`."""
+def play_by(
+    run: Callable[[TableTask], BatchRecording],
+    setting: Setting,
+    normals: Array,
+    velocities: Array,
+    tables: TableStates | None,
+    accuracy: Accuracy,
+    *,
+    mapped: Mapped | None = None,
+    rules: NDArray[np.void] | None = None,
+) -> BatchRecording:
+    """
+    Play strokes in this thread.
 
-    def play_part(part: slice) -> Played:
-        return _play_finely(strokes.some(part), tolerance, recorded=False)
+    Parameters
+    ----------
+    run : callable
+        How much is recorded: `run_tables`, `run_recorded` or, of the last stroke,
+        `run_with_events`.
+    setting : Setting
+    normals, velocities, tables, accuracy, mapped
+        As of `play`.
+    rules : (balls,) array of BallRule, optional
+        As of `TableTask`.
 
-    parts = in_threads(play_part, len(strokes.normals))
-    parts = parts or [play_part(slice(0, 0))]
-    played = Played(
-        joined([part.run for part in parts]),
-        np.concatenate([each.status for each in parts]),
-        np.concatenate([each.error for each in parts]),
-        np.concatenate([each.discontinuity for each in parts]),
-    )
-    return _with_status(played, tolerance)
+    """
+    played = _play(run, setting, normals, velocities, tables, accuracy, mapped, rules)
+    again = np.flatnonzero(played.tables['jaws_met'])
+    if accuracy.checked and len(again):
+        finer = accuracy._replace(tolerance=FINER * accuracy.tolerance)
+        some = normals[again], velocities[again], _some(tables, again)
+        played = _played_again(played, again, _play(run, setting, *some, finer, None, rules))
+    return _with_status(played, accuracy.tolerance)
 
 
-def _play_finely(strokes: Strokes, tolerance: float, recorded: bool) -> Played:
-    """Play strokes, and those again that met jaws."""
-    played = _play(strokes, tolerance, recorded)
-    again = np.flatnonzero(played.run.tables['jaws_met'])
-    if not len(again):
+def _play(
+    run: Callable[[TableTask], BatchRecording],
+    setting: Setting,
+    normals: Array,
+    velocities: Array,
+    tables: TableStates | None,
+    accuracy: Accuracy,
+    mapped: Mapped | None,
+    rules: NDArray[np.void] | None,
+) -> BatchRecording:
+    """Play strokes once; their statuses are those of the strikes."""
+    task = task_of(setting, normals, velocities, tables, accuracy, mapped)
+    played = run(task._replace(rules=rules))
+    cues, ball, tolerance = played.cues, played.balls[:, 0], accuracy.tolerance
+    played = played._replace(status=cues['status'].copy())
+    if not accuracy.checked:
         return played
-    finer = _play(strokes.some(again), FINER * tolerance, recorded)
-    one, other = finer.run.balls[:, 0], played.run.balls[again, 0]
+    error = cues['drift'] * ball['time']
+    if math.isinf(setting.table.length):
+        error += ball['left_out']
+    else:
+        error += np.where(error > 0.0, CUSHION_SHARE * tolerance, 0.0)
+    jumps = discontinuities_of_law(setting.model, normals, velocities, cues, tolerance)
+    return played._replace(error=error, discontinuity=jumps)
+
+
+def _some(tables: TableStates | None, rows: slice | NDArray[np.integer]) -> TableStates | None:
+    """Select the tables of some strokes."""
+    return tables if tables is None or len(tables) == 1 else tables.take(rows)
+
+
+def _played_again(
+    played: BatchRecording, again: NDArray[np.integer], finer: BatchRecording
+) -> BatchRecording:
+    """Replace some of the strokes by finer ones; what these change tells the error."""
+    one, other = finer.balls[:, 0], played.balls[again, 0]
     change = np.sqrt(((one['position'] - other['position']) ** 2).sum(axis=1))
     met_none = one['first_contact'] == NOTHING
-    error = np.maximum(played.error[again], np.where(met_none, LEFT * change, 0.0))
+    finer.error[:] = np.maximum(played.error[again], np.where(met_none, LEFT * change, 0.0))
     finest = finer.status == TOLERANCE_NOT_REACHED  # as fine as the impact can be solved
     finer.status[finest] = played.status[again][finest]
-    if recorded:
-        return finer._replace(error=error)
-    for name in ('cues', 'balls', 'tables'):
-        getattr(played.run, name)[again] = getattr(finer.run, name)
-    played.status[again] = finer.status
-    played.error[again], played.discontinuity[again] = error, finer.discontinuity
+    if len(again) == len(played.status):
+        return finer
+    for name in COLUMNS:
+        getattr(played, name)[again] = getattr(finer, name)
     return played
 
 
-def _play(strokes: Strokes, tolerance: float, recorded: bool) -> Played:
-    """Play strokes; their statuses are those of the strikes."""
-    endless = math.isinf(strokes.table.length)
-    hops = HOPS if endless else HOPS_BEFORE_CUSHIONS
-    task = table_task(strokes, tolerance, hops)
-    run = run_with_events(task) if recorded else run_tables(task)
-    cues = run.cues
-    gap = discontinuities_of_law(strokes, cues, tolerance)
-    ball = run.balls[:, 0]
-    error = cues['drift'] * ball['time']
-    error += ball['left_out'] if endless else np.where(error > 0.0, CUSHION_SHARE * tolerance, 0.0)
-    return Played(run, cues['status'].copy(), error, gap)
-
-
-def _with_status(played: Played, tolerance: float) -> Played:
+def _with_status(played: BatchRecording, tolerance: float) -> BatchRecording:
     """Decide how strokes ended: as the strike; if it went well, as the table and its accuracy."""
-    status, table = played.status, played.run.tables['status']
+    status, table = played.status, played.tables['status']
     doubtful = (played.discontinuity > 0.0) | (played.error > tolerance)
     if not (doubtful.any() or (table != OK).any()):
         return played

@@ -1,20 +1,18 @@
-"""predict() and predict_batch(): what a stroke, or many, does to the cue ball."""
+"""predict() and predict_batch() simulate a shot, or many."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from time import perf_counter
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from billiard_shot import machine_code
-from billiard_shot.notebook import Shown
+from billiard_shot.records import Array
 from billiard_shot.scene import Scene, SceneLike
 from billiard_shot.scene.values import as_floats, check_type, LARGEST, positive
-from billiard_shot.shot.effects import model_of
-from billiard_shot.shot.on_table import check_place, names_of, strokes_in
-from billiard_shot.shot.play import play_many, play_one
+from billiard_shot.shot.accuracy import Accuracy, DEFAULT_SHOT_TOLERANCE
+from billiard_shot.shot.on_table import check_place
+from billiard_shot.shot.play import play, play_by
+from billiard_shot.shot.setting import setting_of
 from billiard_shot.shot.shot import Shot
 from billiard_shot.shot.stroke import (
     playable_offsets,
@@ -23,12 +21,11 @@ from billiard_shot.shot.stroke import (
     unit_rows,
     vectors_of,
 )
+from billiard_shot.shot.stroke_batch import StrokeBatch
 from billiard_shot.status import Status
-from billiard_shot.table.data_frame import data_frame
-from billiard_shot.table.simulate import batch_of, INTERPRETED_AT_MOST, run_of, TableBatch
-from billiard_shot.table.words import count_in_words
-
-DEFAULT_SHOT_TOLERANCE = 1e-4  # m
+from billiard_shot.table.simulate import run_of
+from billiard_shot.table.table_states import TableStates
+from billiard_shot.table.task import run_with_events
 
 
 def predict(
@@ -38,9 +35,7 @@ def predict(
     position: Sequence[float] | NDArray[np.float64] | None = None,
 ) -> Shot:
     """
-    Predict what a stroke does to the cue ball, from the impact to rest.
-
-    In a scene with a table or other balls, also to all that it meets.
+    Simulate a shot: the strike, and all balls until they rest.
 
     Parameters
     ----------
@@ -68,10 +63,12 @@ def predict(
     begin = perf_counter()
     tolerance = positive('tolerance', tolerance, 'm')
     centre = _centre(scene, position)
-    normals = np.array([stroke.touching(model_of(scene).tip_curvature).normal])
-    velocities = np.array([stroke.velocity])
-    played = play_one(strokes_in(scene, normals, velocities, centre), tolerance)
-    run, wall_time = played.run, perf_counter() - begin
+    setting = setting_of(scene)
+    normals = np.array([stroke.touching(setting.model.tip_curvature).normal])
+    velocities, accuracy = np.array([stroke.velocity]), Accuracy(tolerance)
+    tables = None if position is None else _with_cue_ball(scene, centre)
+    run = play_by(run_with_events, setting, normals, velocities, tables, accuracy)
+    wall_time = perf_counter() - begin
     run.cues.flags.writeable = False
     return Shot(
         scene,
@@ -79,61 +76,14 @@ def predict(
         centre,
         tolerance,
         wall_time,
-        Status(int(played.status[0])),
-        error_estimate=float(played.error[0]),
-        discontinuity=float(played.discontinuity[0]),
-        run=run_of(run, names_of(scene), wall_time),
+        Status(int(run.status[0])),
+        error_estimate=float(run.error[0]),
+        discontinuity=float(run.discontinuity[0]),
+        run=run_of(run, setting.names, wall_time),
         _cue=run.cues[0],
         _log=run.log,
         _losses=run.losses,
     )
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class BatchResult(Shown):
-    """Predictions of n strokes; row by row what `predict` gives."""
-
-    scene: Scene
-    velocity: NDArray[np.float64]  # (n, 3) m/s, at the end of the strike
-    spin: NDArray[np.float64]  # (n, 3) rad/s
-    cue_speed: NDArray[np.float64]  # (n,) m/s along the stroke
-    final_position: NDArray[np.float64]  # (n, 3) m
-    duration: NDArray[np.float64]  # (n,) s until rest
-    status: NDArray[np.uint16]  # (n,) Status
-    dissipated: NDArray[np.float64]  # (n, 2, 2) J: contact; restitution, friction
-    evaluations: NDArray[np.int64]  # (n,) steps of the impact
-    error_estimate: NDArray[np.float64]  # (n,) m
-    double_hit: NDArray[np.bool_]  # (n,) the cue hit the ball again
-    run: TableBatch  # all balls
-
-    def __repr__(self) -> str:
-        return f'BatchResult({count_in_words(self.status, "stroke", self.miscue)})'
-
-    @property
-    def miscue(self) -> NDArray[np.bool_]:
-        """Whether the tip still slid when it left the ball (n,)."""
-        return self.run.miscue
-
-    def to_frame(self) -> Any:
-        """
-        Make a pandas DataFrame with a row for each stroke.
-
-        Status, velocity, spin, place of rest; and what rules ask: the columns of
-        `TableBatch.to_frame`.
-
-        Raises
-        ------
-        ValueError
-            If pandas is not installed.
-
-        """
-        columns: dict[str, Any] = {'status': [Status(each).name for each in self.status.tolist()]}
-        for name in ('velocity', 'spin', 'final_position'):
-            columns |= {f'{name}_{x}': getattr(self, name)[:, i] for i, x in enumerate('xyz')}
-        for name in ('cue_speed', 'duration', 'error_estimate'):
-            columns[name] = getattr(self, name)
-        columns['double_hit'] = self.double_hit
-        return data_frame(columns | self.run.columns())
 
 
 def predict_batch(
@@ -144,7 +94,7 @@ def predict_batch(
     position: Sequence[float] | NDArray[np.float64] | None = None,
     *,
     offsets: ArrayLike | None = None,
-) -> BatchResult:
+) -> StrokeBatch:
     """
     Predict many strokes at once, on all cores.
 
@@ -161,8 +111,8 @@ def predict_batch(
 
     Returns
     -------
-    BatchResult
-        A stroke that cannot be played has the status that `predict` gives it.
+    StrokeBatch
+        Row by row what `predict` gives; so a stroke that cannot be played has its status.
 
     Raises
     ------
@@ -182,24 +132,8 @@ def predict_batch(
         v = playable_rows(_rows('velocities', velocities, 3))
     if len(n) != len(v):
         raise ValueError(f'velocities must have as many rows as normals, {len(n)}, got {len(v)}')
-    if len(n) > INTERPRETED_AT_MOST:
-        machine_code.require()
-    played = play_many(strokes_in(scene, n, v, centre), tolerance)
-    run, cues = played.run, played.run.cues
-    return BatchResult(
-        scene=scene,
-        velocity=cues['velocity'],
-        spin=cues['spin'],
-        cue_speed=cues['speed'],
-        final_position=run.balls['position'][:, 0],
-        duration=run.tables['duration'],
-        status=played.status.astype(np.uint16),
-        dissipated=cues['losses'].reshape(-1, 2, 2),
-        evaluations=cues['steps'],
-        error_estimate=played.error,
-        double_hit=(cues['hits'] > 1) | (run.tables['cue_hits'] > 0),
-        run=batch_of(run, names_of(scene)),
-    )
+    tables = None if position is None else _with_cue_ball(scene, centre)
+    return play(scene, n, v, tables, Accuracy(tolerance))
 
 
 def _centre(
@@ -221,6 +155,14 @@ def _centre(
         )
     check_place(scene, place)
     return np.array([place[0], place[1], radius])
+
+
+def _with_cue_ball(scene: Scene, centre: Array) -> TableStates:
+    """Return the table of a scene with the cue ball elsewhere."""
+    setting = setting_of(scene)
+    position = setting.starts['position'].copy()
+    position[0, 0] = centre
+    return TableStates(setting.names, position)
 
 
 def _rows(name: str, values: ArrayLike | None, columns: int) -> NDArray[np.float64]:

@@ -17,7 +17,8 @@ from billiard_shot.shot.clear_elevation import (
 )
 from billiard_shot.shot.clearance import surroundings_of
 from billiard_shot.shot.effects import model_of
-from billiard_shot.shot.strike import cues_of, Strokes
+from billiard_shot.shot.setting import setting_of
+from billiard_shot.shot.strike import cues_of
 from billiard_shot.shot.stroke import playable_offsets, vectors_of
 from billiard_shot.status import Status
 
@@ -56,9 +57,11 @@ def refusals_in(
         Centre of the cue ball [m]; by default where the scene has it.
 
     """
-    centre = np.array(scene.cue_ball) if position is None else position
-    strokes = Strokes(model_of(scene), normals, velocities, centre, surroundings_of(scene))
-    status: NDArray[np.int64] = cues_of(strokes)['status']
+    setting = setting_of(scene)
+    starts = setting.starts.copy()
+    if position is not None:
+        starts['position'][:, 0] = position
+    status: NDArray[np.int64] = cues_of(setting, normals, velocities, starts)['status']
     return status
 
 

@@ -44,7 +44,7 @@ def from_json(text: str) -> Shot:
     Raises
     ------
     ValueError
-        If it is no such record, or one of another version, saying what is wrong.
+        If the text is not the record of a shot, or has another version.
 
     """
     try:

@@ -194,8 +194,8 @@ class Shot(Shown):
         for name, ball in self.run.balls.items():
             if not ball.comes_to_rest:
                 raise ValueError(
-                    f'shot must end with all balls at rest, got {self.status.name}: ball '
-                    f'{name!r} moves on'
+                    f'after() needs all balls at rest; ball {name!r} still moves '
+                    f'(status {self.status.name})'
                 )
         gone = {*self.pocketed, *self.off_table}
         balls = {

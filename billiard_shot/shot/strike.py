@@ -1,7 +1,7 @@
 """Strokes: whether they can be played, and the cues with which runs of the table begin."""
 
-from math import inf, sqrt
-from typing import Any, NamedTuple
+from math import inf, isfinite, sqrt
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,9 @@ from billiard_shot.numerics.vectors import dot, unit
 from billiard_shot.records import Array, as_rows, Floats, Storage, Vector
 from billiard_shot.shot.accuracy import drift_of, strike_tolerance
 from billiard_shot.shot.clearance import clearance, NOTHING_AROUND, Surroundings
+from billiard_shot.shot.mapped_strike import all_solved, Mapped, MOTION, SOLVED, write_motion
 from billiard_shot.shot.model import StrikeModel, tip_reach
+from billiard_shot.shot.setting import Setting
 from billiard_shot.status import (
     CUE_THROUGH_CLOTH,
     INVALID_STROKE,
@@ -19,12 +21,12 @@ from billiard_shot.status import (
     NEGATIVE_ELEVATION,
     OK,
 )
-from billiard_shot.table.cue import CueRecord
-from billiard_shot.table.model import ENDLESS
-from billiard_shot.table.params import BallClothParams, GATE_AUTO, TableParams
+from billiard_shot.table.cue import CueRecord, follow_through_time, TIP_DURATION
+from billiard_shot.table.params import BallClothParams, GATE_AUTO, GATE_OFF
 
 GRAZING = 1e-12  # cosine of the angle between stroke and normal below which nothing is hit
 LEVEL = 1e-9  # rad, elevation that a level stroke may have by rounding
+FARTHEST = 2.0  # way of a ball while a tip touches it, in lengths that the cue alone would go
 ROUNDED = 1e-9  # of the tip's height: so deep in the cloth a cue may be by rounding
 
 
@@ -63,37 +65,33 @@ EXAMPLE_MODEL = StrikeModel(
 )  # for the examples; of no ball in particular
 
 
-class Strokes(NamedTuple):
-    """n strokes at a ball in one place among the same others."""
-
-    model: StrikeModel
-    normals: Array  # (n, 3) as of `Stroke`, but not checked yet
-    velocities: Array  # (n, 3) m/s
-    position: Array  # (3,) m, centre of the cue ball
-    around: Surroundings = NOTHING_AROUND  # a cue that has no room among them is refused
-    table: TableParams = ENDLESS
-    others: Array = np.zeros((0, 3))  # (balls, 3) m, centres of the other balls
-
-    def some(self, which: slice | NDArray[np.integer]) -> 'Strokes':
-        """Return some of the strokes."""
-        return self._replace(normals=self.normals[which], velocities=self.velocities[which])
-
-
 def _example(storage: Storage) -> tuple[Any, ...]:
-    ones = storage.array(np.ones((1, 3)))
-    around = NOTHING_AROUND.stored(storage)
-    return EXAMPLE_MODEL, around, ones[0], ones, ones, 1.0, 1.0, storage.records(CueRecord, 1)
+    array, ones = storage.array, storage.array(np.ones((1, 3)))
+    return (
+        EXAMPLE_MODEL,
+        NOTHING_AROUND.stored(storage),
+        array(np.ones((1, 1, 3))),
+        array(np.ones(1)),
+        ones,
+        ones,
+        all_solved(1).stored(storage),
+        1.0,
+        storage.zeros(MOTION),
+        storage.records(CueRecord, 1),
+    )
 
 
 @entry(_example)
 def place_cues(
     model: StrikeModel,
     around: Surroundings,
-    place: Floats,
+    places: Floats,
+    reaching: Floats,
     normals: Floats,
     velocities: Floats,
+    mapped: Mapped,
     tolerance: float,
-    reaching_speed: float,
+    motion: Floats,
     cues: list[CueRecord],
 ) -> None:
     """
@@ -101,53 +99,136 @@ def place_cues(
 
     Parameters
     ----------
-    model, around, place, normals, velocities
-        See `Strokes`.
+    model : StrikeModel
+    around : Surroundings
+        Its balls do not count.
+    places : (n, balls, 3) floats, or (1, balls, 3) for all strokes alike
+        Centres of the balls [m]; NaN: the table does not have it.
+    reaching : (n,) or (1,) floats
+        Speeds of the cue [m/s], see `reaching_speeds`.
+    normals, velocities : (n, 3) floats
+        As of `Stroke`, but not checked yet.
+    mapped : Mapped
+        Of the n strokes. A stroke that may reach others is solved in spite of a map.
     tolerance : float
         Of the trajectories [m].
-    reaching_speed : float
-        Of a cue [m/s] from which on the ball may reach others, or a cushion, in the strike.
+    motion : (MOTION,) floats
+        Scratch.
     cues : n CueRecord
         Written; of those that are refused only the status.
 
     """
-    reach = tip_reach(model)
     for i in range(len(cues)):
-        cue = cues[i]
+        cue, table = cues[i], i % len(places)
+        ball = places[table][0]
+        near = Surroundings(
+            around.cue_length,
+            around.ferrule_radius,
+            around.ball_radius,
+            around.half_length,
+            around.half_width,
+            around.nose_height,
+            places[table][1:],
+        )
         speed = unit(velocities[i], cue.axis)
         unit(normals[i], cue.normal)
-        cue.status = refusal(model, around, cue.normal, cue.axis, place)
+        there = isfinite(ball[0])
+        cue.status = refusal(model, near, cue.normal, cue.axis, ball) if there else MISS
         if cue.status != OK:
             for k in range(3):
                 cue.axis[k] = cue.normal[k] = 0.0
             continue
-        cue.speed, cue.strikes, cue.others = speed, True, speed >= reaching_speed
-        cue.tolerance = strike_tolerance(model, speed, tolerance)
-        cue.drift = drift_of(cue.tolerance, speed)
         for k in range(3):
-            cue.tip[k] = place[k] + reach * cue.normal[k]
+            cue.tip[k] = ball[k] + tip_reach(model) * cue.normal[k]
+        cue.others = speed >= reaching[table]
+        if mapped.number[i] == SOLVED or cue.others:
+            cue.speed, cue.strikes = speed, True
+            cue.tolerance = strike_tolerance(model, speed, tolerance)
+            cue.drift = drift_of(cue.tolerance, speed)
+            continue
+        write_motion(mapped.strokes[i], mapped, mapped.number[i], motion)
+        for k in range(3):
+            cue.velocity[k], cue.spin[k] = motion[k], motion[3 + k]
+        cue.speed, cue.hits = motion[6], 1
+        cue.end = follow_through_time(model.follow_through, cue.speed)
 
 
 def cues_of(
-    strokes: Strokes, tolerance: float = 1.0, reaching_speed: float = inf
+    setting: Setting,
+    normals: Array,
+    velocities: Array,
+    starts: NDArray[np.void] | None = None,
+    mapped: Mapped | None = None,
+    tolerance: float = 1.0,
 ) -> NDArray[np.void]:
     """
-    Put a cue at the ball for each stroke; parameters as of `place_cues`.
+    Put a cue at the ball for each of n strokes; parameters as of `place_cues`.
 
-    Returns (n,) CueRecord. If a normal or a velocity is zero or not finite, the status of its
-    stroke is INVALID_STROKE.
+    Parameters
+    ----------
+    setting : Setting
+    normals, velocities : (n, 3) float arrays
+    starts : (n, balls) or (1, balls) array of BallStart, optional
+        By default as the setting has them.
+    mapped : Mapped, optional
+        By default all strikes are to be solved.
+    tolerance : float
+        Of the trajectories [m].
+
+    Returns
+    -------
+    (n,) array of CueRecord
+        If a normal or a velocity is zero or not finite, the status of its stroke is
+        INVALID_STROKE.
+
     """
+    balls = setting.starts if starts is None else starts
+    places = np.where(balls['absent'][..., np.newaxis], np.nan, balls['position'])
     run = place_cues.current()
     storage, array = run.storage, run.storage.array
-    cues = storage.records(CueRecord, len(strokes.normals))
+    cues = storage.records(CueRecord, len(normals))
     run(
-        strokes.model,
-        strokes.around.stored(storage),
-        array(strokes.position),
-        array(strokes.normals),
-        array(strokes.velocities),
+        setting.model,
+        setting.around.stored(storage),
+        array(places),
+        array(reaching_speeds(setting, places)),
+        array(normals),
+        array(velocities),
+        (mapped or all_solved(len(normals))).stored(storage),
         tolerance,
-        reaching_speed,
+        storage.zeros(MOTION),
         cues,
     )
     return as_rows(CueRecord, cues)
+
+
+def reaching_speed(setting: Setting) -> float:
+    """Find the speed of `reaching_speeds` where the setting has the balls."""
+    return float(reaching_speeds(setting, setting.starts['position'])[0])
+
+
+def reaching_speeds(setting: Setting, places: Array) -> Array:
+    """
+    Find speeds of the cue from which on a ball may reach others, or noses, in a strike.
+
+    Parameters
+    ----------
+    setting : Setting
+    places : (tables, balls, 3) float array
+        Centres of the balls, the struck one first [m]; NaN: the table does not have it.
+
+    Returns
+    -------
+    (tables,) float array
+        [m/s]; infinite if no others are near.
+
+    """
+    table, radius = setting.table, setting.model.surface.radius
+    x, y, z = places[:, 0].T
+    away = np.minimum(0.5 * table.length - np.abs(x), 0.5 * table.width - np.abs(y))
+    nearest = np.hypot(away, z - table.nose_height) - radius
+    if table.pair_gate != GATE_OFF:
+        others = np.linalg.norm(places[:, 1:] - places[:, :1], axis=2) - 2.0 * radius
+        nearest = np.fmin(nearest, np.fmin.reduce(others, axis=1, initial=inf))
+    near = nearest <= setting.cue.neighbour_reach
+    return np.where(near, nearest / (FARTHEST * TIP_DURATION), inf)

@@ -14,7 +14,6 @@ from billiard_shot.compiled import inner
 from billiard_shot.notebook import Shown
 from billiard_shot.numerics import rounding
 from billiard_shot.records import Triple
-from billiard_shot.scene import Scene, SceneLike
 from billiard_shot.scene.errors import refused
 from billiard_shot.scene.values import as_float, LARGEST, positive
 
@@ -58,7 +57,7 @@ class Stroke(Shown):
         self, normal: Numbers, velocity: Numbers, *, axis: bool = False, miss: str = ''
     ) -> None:
         x, y, z = _direction('normal', normal, 3)
-        u, v, w = _numbers('velocity', velocity, 3)
+        u, v, w = read_numbers('velocity', velocity, 3)
         _check_speed('velocity', velocity, math.hypot(u, v, w), 'of length ')
         object.__setattr__(self, 'normal', (x, y, z))
         object.__setattr__(self, 'velocity', (u, v, w))
@@ -120,95 +119,12 @@ class Stroke(Shown):
         """
         for name, value in (('a', a), ('b', b)):
             _number(name, value)
-        elevation = _angle('elevation', elevation, elevation_deg, 0.0, 0.5 * math.pi)
-        azimuth = _angle('azimuth', azimuth, azimuth_deg, -2.0 * math.pi, 2.0 * math.pi)
+        elevation = read_angle('elevation', elevation, elevation_deg, 0.0, 0.5 * math.pi)
+        azimuth = read_angle('azimuth', azimuth, azimuth_deg, -2.0 * math.pi, 2.0 * math.pi)
         if speed is None:
             raise ValueError(f'speed is missing; it must be above 0 (m/s){USUAL_SPEED}')
         _check_speed('speed', speed, _number('speed', speed))
         return stroke_at(a, b, elevation, azimuth, speed, axis=axis)
-
-    @classmethod
-    def at(
-        cls,
-        scene: SceneLike,
-        target: str | Sequence[float],
-        *,
-        speed: float,
-        cut: float | None = None,
-        cut_deg: float | None = None,
-        pocket: str | None = None,
-        a: float = 0.0,
-        b: float = 0.0,
-        elevation: float | None = None,
-        elevation_deg: float | None = None,
-        margin: float | None = None,
-        margin_deg: float | None = None,
-        correct_squirt: bool = False,
-    ) -> Stroke:
-        """
-        Aim at a ball or at a point.
-
-        Parameters
-        ----------
-        scene : Scene, str or Path
-            Scene with the cue ball and its target.
-        target : str or (2,) sequence of float
-            Name of a ball, or x and y of a point [m], to which the line of the stroke goes.
-        speed : float
-            Of the cue [m/s], 1e-12 to 1e12.
-        cut : float
-            Cut angle [rad], from the line of the stroke to the direction of the ball: positive
-            sends the ball to the right, as seen along the stroke. Between -pi/2 and pi/2; 0 by
-            default.
-        cut_deg : float
-            The same angle in degrees.
-        pocket : str
-            Pocket into whose middle the ball shall go, instead of a cut angle.
-        a, b, elevation, elevation_deg : float
-            As for `from_offsets`; by default the elevation is the lowest that leaves the margin,
-            in steps of a quarter of a degree.
-        margin : float
-            Angle by which the cue can be lower and still has room [rad], 0 to pi/2. By default
-            the cue has room for the errors of the scene's player: lower by three standard
-            deviations of the elevation, and of `b`. Fewer than 1 in 200 strokes are refused then.
-        margin_deg : float
-            The same angle in degrees.
-        correct_squirt : bool
-            Whether to turn the cue so that the cue ball leaves along the line, in spite of its
-            side spin. Neither throw nor swerve is corrected: `plan` does that.
-
-        Raises
-        ------
-        ValueError
-            If there is no such ball or pocket, if the cut is not possible, or a number is out of
-            range.
-
-        """
-        from billiard_shot.shot.aim import aimed_stroke
-
-        half = 0.5 * math.pi
-        if pocket is not None and (cut is not None or cut_deg is not None):
-            raise ValueError('pocket must not be given together with a cut')
-        if not isinstance(target, str) and (cut is not None or cut_deg is not None):
-            raise ValueError('cut must not be given for a point; it needs a ball')
-        if elevation is not None or elevation_deg is not None:
-            if margin is not None or margin_deg is not None:
-                raise ValueError('margin must not be given together with an elevation')
-            elevation = _angle('elevation', elevation, elevation_deg, 0.0, half)
-        if margin is not None or margin_deg is not None:
-            margin = _angle('margin', margin, margin_deg, 0.0, half)
-        return aimed_stroke(
-            Scene.load(scene),
-            target if isinstance(target, str) else tuple(_numbers('target', target, 2)),
-            speed,
-            _angle('cut', cut, cut_deg, -half, half),
-            pocket,
-            a,
-            b=b,
-            elevation=elevation,
-            margin=margin,
-            correct_squirt=correct_squirt,
-        )
 
     @classmethod
     def from_pose(
@@ -229,8 +145,8 @@ class Stroke(Shown):
             Centre of the ball [m]; it lies on the cloth, so that z is its radius.
 
         """
-        centre = np.array(_numbers('ball', ball, 3))
-        away = np.array(_numbers('position', position, 3)) - centre
+        centre = np.array(read_numbers('ball', ball, 3))
+        away = np.array(read_numbers('position', position, 3)) - centre
         x, y, z, w = _direction('quaternion', quaternion, 4)
         radius = positive('ball', centre[2].item(), 'm; z, the radius')
         _check_speed('speed', speed, _number('speed', speed))
@@ -388,7 +304,7 @@ def _number(name: str, value: object) -> float:
     return number
 
 
-def _angle(
+def read_angle(
     name: str, radians: float | None, degrees: float | None, least: float, most: float
 ) -> float:
     """
@@ -419,14 +335,15 @@ def _check_speed(name: str, value: object, speed: float, what: str = '') -> None
         raise refused(value, allowed, name, 'm/s', USUAL_SPEED)
 
 
-def _numbers(name: str, values: Numbers, count: int) -> list[float]:
+def read_numbers(name: str, values: Numbers, count: int) -> list[float]:
+    """Read as many finite numbers as `count` says."""
     if isinstance(values, str) or not hasattr(values, '__len__') or len(values) != count:
         raise refused(values, f'{count} finite numbers', name)
     return [_number(name, value) for value in values]
 
 
 def _direction(name: str, values: Numbers, count: int) -> list[float]:
-    found = _numbers(name, values, count)
+    found = read_numbers(name, values, count)
     if not any(found):
         raise ValueError(f'{name} must not be zero, got {values!r}')
     unit: list[float] = unit_rows(np.array([found]))[0].tolist()

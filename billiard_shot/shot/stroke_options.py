@@ -112,6 +112,8 @@ def strokes_from_options(options: argparse.Namespace, scene: Scene) -> dict[str,
 
 def _aimed(given: dict[str, Any], options: argparse.Namespace, scene: Scene) -> Stroke:
     """Aim at the ball or point of --aim."""
+    from billiard_shot.shot.aim import aim
+
     words = given.pop('aim')
     for name in ('normal', 'velocity', 'azimuth_deg'):
         if name in given:
@@ -127,7 +129,7 @@ def _aimed(given: dict[str, Any], options: argparse.Namespace, scene: Scene) -> 
         except ValueError:
             raise ValueError(f'--aim must be a ball, or X Y, got {" ".join(words)} (m)') from None
     try:
-        return Stroke.at(
+        return aim(
             scene,
             target,
             cut_deg=options.cut,
@@ -140,5 +142,5 @@ def _aimed(given: dict[str, Any], options: argparse.Namespace, scene: Scene) -> 
 
 
 def _option(match: re.Match[str]) -> str:
-    """Name of the option that gave an argument of `Stroke.at`."""
+    """Name of the option that gave an argument of `aim`."""
     return {'target': '--aim ', 'pocket': '--pocket '}.get(match[1], '--cut ')

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from billiard_shot.planning.plan import plan
 from billiard_shot.scene import Scene
-from billiard_shot.shot.predict import DEFAULT_SHOT_TOLERANCE, predict, predict_batch
+from billiard_shot.shot.accuracy import DEFAULT_SHOT_TOLERANCE
+from billiard_shot.shot.predict import predict, predict_batch
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.study.sample_strokes import sample_strokes
 from billiard_shot.table.motion import Motion
@@ -96,8 +97,8 @@ def study_tolerances(
             started = process_time()
             batch = predict_batch(scene, normals, velocities, tolerance)
             judging = min(judging, process_time() - started)
-        motion = batch.run.motion
-        reached = (motion[:, batch.run.names.index(POTTED_BALL)] == Motion.POCKETED) & (
+        motion = batch.motion
+        reached = (motion[:, batch.names.index(POTTED_BALL)] == Motion.POCKETED) & (
             motion[:, 0] == Motion.REST
         )
         yield Tolerance(

@@ -2,8 +2,8 @@
 Impacts of three bodies or more, and of the cue, all at once, by billiard_shot.impact.
 
 `gather` (gather.py) writes the bodies and contacts of such an impact, `solve` solves it, and
-`conclude` lets balls and cue go on. In the record each ball moves evenly, while the impact lasts,
-to where it is at the end. For the strike with which a run begins see strike.py.
+`conclude` lets balls and cue go on. The record shows uniform motion during the impact. For the
+strike with which a run begins see strike.py.
 """
 
 from math import inf, sqrt
@@ -21,11 +21,16 @@ from billiard_shot.numerics import rounding
 from billiard_shot.numerics.vectors import dot
 from billiard_shot.records import Storage
 from billiard_shot.status import BUDGET_EXCEEDED, NEGATIVE_ENERGY, TOLERANCE_NOT_REACHED
-from billiard_shot.table.cue import CueRecord, THE_CUE
+from billiard_shot.table.cue import CueRecord
 from billiard_shot.table.cue_impact import CLOTH_CONTACT, MAX_HITS, TIP_CONTACT
 from billiard_shot.table.cushion import advance_free
 from billiard_shot.table.flight_boundary import edge_at
-from billiard_shot.table.gather import ImpactRoom
+from billiard_shot.table.gather import (
+    BALL_IMPACT_TOLERANCE,
+    CUE_IMPACT_TOLERANCE,
+    Impact,
+    ImpactRoom,
+)
 from billiard_shot.table.geometry import TableModel
 from billiard_shot.table.motion import (
     BallRecord,
@@ -43,7 +48,6 @@ from billiard_shot.table.simulation_state import (
     log_event,
     note_meeting,
     position_at,
-    RunProgress,
     Simulation,
 )
 
@@ -85,32 +89,34 @@ def impact_room(storage: Storage, balls: int, bodies: int, count: int) -> Impact
 
 
 @inner
-def solve(table: TableModel, p: RunProgress, room: ImpactRoom, solver: Any) -> None:
+def solve(table: TableModel, impact: Impact, room: ImpactRoom, solver: Any) -> None:
     """Solve an impact after `gather`; `solver`: the function `solve_collisions`."""
-    with_cue = p.other == THE_CUE
+    params, with_cue = table.params, impact.with_cue
+    room.tolerance[0] = CUE_IMPACT_TOLERANCE if with_cue else BALL_IMPACT_TOLERANCE
     moves = table.cue.moves if with_cue else table.numbers.ball_duration > 0.0
-    solve_bodies(table.params, p, room, moves, table.cue.interval if with_cue else inf, solver)
+    interval = table.cue.interval if with_cue else inf
+    solve_bodies(params, impact, room, moves, interval, solver, logs=False)
 
 
 @inner
 def solve_bodies(
     params: BallClothParams,
-    p: RunProgress,
+    impact: Impact,
     room: ImpactRoom,
     moves: bool,
     interval: float,
     solver: Any,
+    logs: bool,
 ) -> None:
-    """Solve the impact of the bodies and contacts of a room, see `Collisions`; log a strike."""
+    """Solve the impact of the bodies and contacts of a room, see `Collisions`."""
     work, unused, results = room.scratch, room.unused, room.results
-    room.tolerance[0] = p.tolerance
     call_solver(
         solver,
         Collisions(
-            room.properties[: p.contacts],
+            room.properties[: impact.contacts],
             params.law,
             params.exponent,
-            room.bodies[: p.bodies],
+            room.bodies[: impact.bodies],
             moves,
             interval,
             delassus=unused,
@@ -119,65 +125,65 @@ def solve_bodies(
             lengths=unused[0],
             tolerance=room.tolerance,
         ),
-        Scratch(work.contacts[: p.contacts], work.workspace, work.progress),
+        Scratch(work.contacts[: impact.contacts], work.workspace, work.progress),
         Results(
             results.contacts,
             results.bodies,
-            results.log[: len(results.log) if p.strikes else 0],
+            results.log[: len(results.log) if logs else 0],
             results.outcomes,
         ),
     )
 
 
 @inner
-def settle(table: TableModel, s: Simulation, room: ImpactRoom) -> None:
+def settle(table: TableModel, s: Simulation, impact: Impact, room: ImpactRoom) -> None:
     """
     Stop what only rounding moves, and put balls onto the cloth.
 
     The cloth gives way to the ball that the cue hits. Afterwards this ball lies on it, or is above
     it by its distance, and the tip moves with it.
     """
-    p, radius, bodies = s.progress, table.params.radius, room.results.bodies
+    radius, bodies = table.params.radius, room.results.bodies
     fastest = 0.0
-    for k in range(p.members):
+    for k in range(impact.members):
         fastest = max(fastest, dot(bodies[k].velocity, bodies[k].velocity))
     still = STILL_SPEED * sqrt(fastest)
-    for k in range(p.members):
+    for k in range(impact.members):
         body = bodies[k]
         for i in range(3):
             if abs(body.velocity[i]) <= still:
                 body.velocity[i] = 0.0
             if abs(body.spin[i]) <= still:
                 body.spin[i] = 0.0
-        if k > 0 or p.other != THE_CUE:
-            _, _, z = position_at(s.balls[room.members[k]], p.begin)
+        if k > 0 or not impact.with_cue:
+            _, _, z = position_at(s.balls[room.members[k]], impact.begin)
             if z == radius:  # the ball lies, and stays there in `leave_impact`
                 body.position[2] = radius
-    if p.other == THE_CUE:
+    if impact.with_cue:
         height = max(bodies[0].position[2], radius)
         if table.cue.on_cloth:
             height = max(radius - room.results.contacts[CLOTH_CONTACT].length, radius)
-        shift_ball(p, room, 0, 0.0, 0.0, height - bodies[0].position[2])
+        shift_ball(impact, room, 0, 0.0, 0.0, height - bodies[0].position[2])
 
 
 @inner
 def shift_ball(
-    p: RunProgress, room: ImpactRoom, member: int, x: float, y: float, z: float
+    impact: Impact, room: ImpactRoom, member: int, x: float, y: float, z: float
 ) -> None:
     """Shift a ball, and the tip of the cue with the ball that it hits."""
     place = room.results.bodies[member].position
     place[0] += x
     place[1] += y
     place[2] += z
-    if member == 0 and p.other == THE_CUE:
-        tip = room.results.bodies[p.members].position
+    if member == 0 and impact.with_cue:
+        tip = room.results.bodies[impact.members].position
         tip[0] += x
         tip[1] += y
         tip[2] += z
 
 
 @inner
-def set_apart(table: TableModel, p: RunProgress, room: ImpactRoom) -> bool:
+def set_apart(table: TableModel, impact: Impact, room: ImpactRoom) -> bool:
     """
     Move balls apart that are still dented, and out of cushions; return whether none overlap then.
 
@@ -186,8 +192,8 @@ def set_apart(table: TableModel, p: RunProgress, room: ImpactRoom) -> bool:
     bodies, radius = room.results.bodies, table.params.radius
     for _ in range(MAX_SWEEPS):
         apart = True
-        for a in range(p.members):
-            for b in range(a + 1, p.members):
+        for a in range(impact.members):
+            for b in range(a + 1, impact.members):
                 one, other = bodies[a].position, bodies[b].position
                 x, y, z = one[0] - other[0], one[1] - other[1], one[2] - other[2]
                 square = x * x + y * y + z * z
@@ -195,10 +201,10 @@ def set_apart(table: TableModel, p: RunProgress, room: ImpactRoom) -> bool:
                     size = sqrt(square)
                     share, apart = 0.5 * (2.0 * radius + SEPARATION_GAP - size) / size, False
                     x, y, z = share * x, share * y, share * z
-                    shift_ball(p, room, a, x, y, max(z, radius - one[2]))
-                    shift_ball(p, room, b, -x, -y, max(-z, radius - other[2]))
-        for j in range(p.contacts):
-            if room.edges[j] != NOTHING and leave_edge(table, p, room, j):
+                    shift_ball(impact, room, a, x, y, max(z, radius - one[2]))
+                    shift_ball(impact, room, b, -x, -y, max(-z, radius - other[2]))
+        for j in range(impact.contacts):
+            if room.edges[j] != NOTHING and leave_edge(table, impact, room, j):
                 apart = False
         if apart:
             return True
@@ -206,7 +212,7 @@ def set_apart(table: TableModel, p: RunProgress, room: ImpactRoom) -> bool:
 
 
 @inner
-def leave_edge(table: TableModel, p: RunProgress, room: ImpactRoom, contact: int) -> bool:
+def leave_edge(table: TableModel, impact: Impact, room: ImpactRoom, contact: int) -> bool:
     """Move a ball sideways out of the edge of a contact; return whether it was in it."""
     radius, member = table.params.radius, room.properties[contact].body_a
     place = room.results.bodies[member].position
@@ -216,16 +222,16 @@ def leave_edge(table: TableModel, p: RunProgress, room: ImpactRoom, contact: int
     if inside <= 0.5 * rounding.PLACE:
         return False
     inside += SEPARATION_GAP
-    shift_ball(p, room, member, inside * x, inside * y, 0.0)
+    shift_ball(impact, room, member, inside * x, inside * y, 0.0)
     return True
 
 
 @inner
-def takes_part(p: RunProgress, room: ImpactRoom, member: int) -> bool:
+def takes_part(impact: Impact, room: ImpactRoom, member: int) -> bool:
     """Whether a contact of a member closed. The cue hits ball 0 in any case."""
-    if member == 0 and p.other == THE_CUE:
+    if member == 0 and impact.with_cue:
         return True
-    for j in range(p.contacts):
+    for j in range(impact.contacts):
         c = room.properties[j]
         if room.results.contacts[j].closings > 0 and member in (c.body_a, c.body_b):
             return True
@@ -233,16 +239,16 @@ def takes_part(p: RunProgress, room: ImpactRoom, member: int) -> bool:
 
 
 @inner
-def first_partner(p: RunProgress, room: ImpactRoom, member: int) -> int:
+def first_partner(impact: Impact, room: ImpactRoom, member: int) -> int:
     """Ball that a member met: one that began the impact, or the one that it pushed most."""
     found, most = NOTHING, -1.0
-    for j in range(p.contacts):
+    for j in range(impact.contacts):
         c, result = room.properties[j], room.results.contacts[j]
         other = c.body_a + c.body_b - member
-        if result.closings == 0 or member not in (c.body_a, c.body_b) or other >= p.members:
+        if result.closings == 0 or member not in (c.body_a, c.body_b) or other >= impact.members:
             continue
         ball = room.members[other]
-        if ball in (p.ball, p.other):
+        if ball in (impact.ball, impact.other):
             return ball
         push = result.impulse * result.impulse + result.impulse_1 * result.impulse_1
         push += result.impulse_2 * result.impulse_2
@@ -282,15 +288,20 @@ def leave_impact(
 
 @inner
 def conclude(
-    table: TableModel, s: Simulation, cues: list[CueRecord], number: int, room: ImpactRoom
+    table: TableModel,
+    s: Simulation,
+    cues: list[CueRecord],
+    number: int,
+    impact: Impact,
+    room: ImpactRoom,
 ) -> None:
     """Let balls and cue go on after an impact is solved; `resume` begins the balls' segments."""
     p, outcome = s.progress, room.results.outcomes[0]
-    with_cue, status, lasting = p.other == THE_CUE, outcome.status, 0.0
-    settle(table, s, room)
-    if set_apart(table, p, room):
+    with_cue, status, lasting = impact.with_cue, outcome.status, 0.0
+    settle(table, s, impact, room)
+    if set_apart(table, impact, room):
         moves = table.cue.moves if with_cue else table.numbers.ball_duration > 0.0
-        lasting = max(outcome.duration - (p.time - p.begin), 0.0) if moves else 0.0
+        lasting = max(outcome.duration - (impact.time - impact.begin), 0.0) if moves else 0.0
         lasting = lasting if lasting <= LONGEST_IMPACT else 0.0
     elif with_cue:
         status = BUDGET_EXCEEDED
@@ -299,9 +310,9 @@ def conclude(
         p.unsolved = status
     elif unsolved or status == NEGATIVE_ENERGY:
         p.flaw = status
-    let_go(table, s, room, lasting)
+    let_go(table, s, impact, room, lasting)
     if with_cue:
-        release_cue(s, cues[number], room, lasting)
+        release_cue(s, cues[number], impact, room, lasting)
 
 
 @inner
@@ -313,52 +324,54 @@ def write_exit(params: BallClothParams, ball: BallRecord, body: BodyState) -> fl
 
 
 @inner
-def let_go(table: TableModel, s: Simulation, room: ImpactRoom, lasting: float) -> None:
+def let_go(
+    table: TableModel, s: Simulation, impact: Impact, room: ImpactRoom, lasting: float
+) -> None:
     """Let the balls of an impact go on, and log it."""
-    p, params, with_cue = s.progress, table.params, s.progress.other == THE_CUE
-    before, after, first = 0.0, 0.0, s.balls[p.ball]
-    was = first.motion
-    for k in range(p.members):
+    p, params, first = s.progress, table.params, s.balls[impact.ball]
+    before, after, was = 0.0, 0.0, first.motion
+    for k in range(impact.members):
         ball = s.balls[room.members[k]]
         ball.impact = p.events  # of which `predict_collisions` needs to know
-        if not takes_part(p, room, k):
+        if not takes_part(impact, room, k):
             continue
-        advance_free(table, ball, p.time)
+        advance_free(table, ball, impact.time)
         before += energy_of(params, ball)
         after += write_exit(params, ball, room.results.bodies[k])
         place = room.results.bodies[k].position
         leave_impact(params, ball, place[0], place[1], place[2], lasting)
         if ball.first_contact == NOTHING:
-            ball.first_contact = first_partner(p, room, k)
+            ball.first_contact = first_partner(impact, room, k)
         if p.participants < len(room.participants):
             room.participants[p.participants][0] = p.events
             room.participants[p.participants][1] = room.members[k]
         p.participants += 1
-    note_meetings(s, room)
-    cause, other = (CUE, NOTHING) if with_cue else (CLUSTER, p.other)
-    log_event(s, p.time, cause, first, other, before, after=after, motion=was)
+    note_meetings(s, impact, room)
+    cause, other = (CUE, NOTHING) if impact.with_cue else (CLUSTER, impact.other)
+    log_event(s, impact.time, cause, first, other, before, after=after, motion=was)
 
 
 @inner
-def note_meetings(s: Simulation, room: ImpactRoom) -> None:
+def note_meetings(s: Simulation, impact: Impact, room: ImpactRoom) -> None:
     """Note which balls ball 0 met in an impact."""
-    p = s.progress
-    for j in range(p.contacts):
+    for j in range(impact.contacts):
         c = room.properties[j]
-        if room.results.contacts[j].closings > 0 and max(c.body_a, c.body_b) < p.members:
-            note_meeting(s, room.members[c.body_a], room.members[c.body_b], p.time)
+        if room.results.contacts[j].closings > 0 and max(c.body_a, c.body_b) < impact.members:
+            note_meeting(s, room.members[c.body_a], room.members[c.body_b], impact.time)
 
 
 @inner
-def release_cue(s: Simulation, cue: CueRecord, room: ImpactRoom, lasting: float) -> None:
+def release_cue(
+    s: Simulation, cue: CueRecord, impact: Impact, room: ImpactRoom, lasting: float
+) -> None:
     """Let the cue go on beside the ball that it hit."""
-    p, tip, ball = s.progress, room.results.bodies[s.progress.members], s.balls[0]
+    p, tip, ball = s.progress, room.results.bodies[impact.members], s.balls[0]
     # An impact that is over by now leaves the ball, and the tip beside it, where the ball is.
     place = room.results.bodies[0].position if lasting > 0.0 else ball.position
     for k in range(3):
         s.cue.position[k] = place[k] + tip.position[k] - room.results.bodies[0].position[k]
         s.cue.velocity[k] = dot(cue.axis, tip.velocity) * cue.axis[k]
-    s.cue.time = p.time + lasting
+    s.cue.time = impact.time + lasting
     p.cue_hits += max(room.results.contacts[TIP_CONTACT].closings, 1)
     if p.cue_hits >= MAX_HITS:
-        s.cue.end = p.time
+        s.cue.end = impact.time

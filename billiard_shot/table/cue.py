@@ -49,9 +49,9 @@ class CueRecord:
     """
     The cue of a table, and what its strike did to ball 0. Frame `table`.
 
-    A cue that strikes touches ball 0, and the run begins with their impact. Tip, speed and end,
-    and the fields from `strikes` on, are written then (strike.py). All but the status are zero if
-    the stroke was refused.
+    If it strikes, it touches ball 0 at time 0, and their impact comes first (strike.py): it writes
+    tip, speed and end, and the fields from `strikes` on. All but the status are zero if the stroke
+    was refused.
     """
 
     tip: Vector3  # m, centre of the sphere of its tip at time 0

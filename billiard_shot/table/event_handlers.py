@@ -64,6 +64,7 @@ from billiard_shot.table.simulation_state import (
 # height changes a rebound by up to 45 / (speed times duration), and the place 2 m on by 2e4 times.
 HOP_AT_CUSHION = 5e-5
 SLOW_SEPARATION = 1e-6  # m, between bodies that met slowly: so far they are set apart
+NO_CLUSTER = -math.inf  # m, in place of the reach of an impact of several bodies
 
 
 @inner
@@ -148,7 +149,7 @@ def start_next_segment(table: TableModel, s: Simulation, ball: BallRecord, cause
         else:
             ball.boundary_time = math.inf
     if ball.ball == 0:
-        predict_cue(s, ball)
+        predict_cue(table, s, ball)
     log_segment(s, ball)
     if ball.nose != NOTHING:
         return kinetic_energy(table.params, ball.exit_velocity, ball.exit_spin)
@@ -156,13 +157,13 @@ def start_next_segment(table: TableModel, s: Simulation, ball: BallRecord, cause
 
 
 @inner
-def come_to_rest(s: Simulation, ball: BallRecord) -> None:
+def come_to_rest(table: TableModel, s: Simulation, ball: BallRecord) -> None:
     """Let a ball rest that has used up its motion: it stays there, so nothing is looked for."""
     ball.cause, ball.impact = OWN, NOTHING
     stop_ball(ball, REST)
     ball.boundary_time, ball.boundary_feature = math.inf, NOTHING
     if ball.ball == 0:
-        predict_cue(s, ball)
+        predict_cue(table, s, ball)
     log_segment(s, ball)
 
 
@@ -186,7 +187,7 @@ def handle_segment_end(table: TableModel, s: Simulation, ball: BallRecord) -> No
         end_segment(table.params, ball)
     after = energy_of(table.params, ball)
     if after == 0.0 and cause == OWN:
-        come_to_rest(s, ball)
+        come_to_rest(table, s, ball)
     else:
         start_next_segment(table, s, ball, cause)
     log_event(s, ball.time, cause, ball, NOTHING, before, after=after, motion=motion)
@@ -251,14 +252,6 @@ def meet_edge(table: TableModel, s: Simulation, ball: BallRecord, feature: int) 
 
 
 @inner
-def defer_to_cluster(s: Simulation, time: float, ball: int, other: int, reach: float) -> None:
-    """Stop for an impact of three bodies or more, or of the cue."""
-    p = s.progress
-    p.reach = reach
-    p.pending, p.unsolved, p.time, p.ball, p.other = True, 0, time, ball, other
-
-
-@inner
 def is_cluster(
     table: TableModel, s: Simulation, i: int, j: int, time: float, reach: float
 ) -> bool:
@@ -301,8 +294,13 @@ def handle_boundary(table: TableModel, s: Simulation, ball: BallRecord) -> None:
 
 
 @inner
-def handle_collision(table: TableModel, s: Simulation, i: int, j: int, time: float) -> None:
-    """Let two balls meet."""
+def handle_collision(table: TableModel, s: Simulation, i: int, j: int, time: float) -> float:
+    """
+    Let two balls meet.
+
+    Return NO_CLUSTER; or, if others take part, the distance up to which they do [m], and leave the
+    impact to cluster.py.
+    """
     params, a, b = table.params, s.balls[i], s.balls[j]
     advance_free(table, a, time)
     advance_free(table, b, time)
@@ -313,8 +311,7 @@ def handle_collision(table: TableModel, s: Simulation, i: int, j: int, time: flo
     if not slow:
         reach = impact_reach(table, a, b, x, y, z, approach=approach)
         if is_cluster(table, s, i, j, time, reach):
-            defer_to_cluster(s, time, i, j, reach)
-            return
+            return reach
     if approach > 0.0:  # else they part: one has just left another impact
         collide_balls(params, table.numbers, a, b, 0.0 if slow else table.numbers.ball_restitution)
     if slow:
@@ -328,6 +325,7 @@ def handle_collision(table: TableModel, s: Simulation, i: int, j: int, time: flo
     note_meeting(s, i, j, time)
     after = start_next_segment(table, s, a, BALL) + start_next_segment(table, s, b, BALL)
     log_event(s, time, BALL, a, j, before, after=after, motion=motion)
+    return NO_CLUSTER
 
 
 @inner
@@ -352,6 +350,6 @@ def next_event(s: Simulation) -> tuple[float, int, int]:
         end = s.balls[i].meeting_time
         if end < time:
             time, ball, other = end, i, s.balls[i].meets
-    if s.progress.cue_time < time:
-        time, ball, other = s.progress.cue_time, 0, THE_CUE
+    if s.cue.meeting_time < time:
+        time, ball, other = s.cue.meeting_time, 0, THE_CUE
     return time, ball, other

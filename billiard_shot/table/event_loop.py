@@ -17,14 +17,14 @@ from billiard_shot.status import BUDGET_EXCEEDED, INVALID_REQUEST, NEVER_RESTS, 
 from billiard_shot.table.cluster import conclude, room_for, solve
 from billiard_shot.table.cue import CueRecord, THE_CUE
 from billiard_shot.table.event_handlers import (
-    defer_to_cluster,
     handle_boundary,
     handle_collision,
     handle_segment_end,
     next_event,
+    NO_CLUSTER,
     start_next_segment,
 )
-from billiard_shot.table.gather import gather, ImpactRoom
+from billiard_shot.table.gather import gather, ImpactRoom, Meeting
 from billiard_shot.table.geometry import lay_out, PackedTable, TableModel
 from billiard_shot.table.initial_states import ball_starts, BallStart, MIN_HEIGHT
 from billiard_shot.table.model import ENDLESS
@@ -105,7 +105,7 @@ class TableOutcome:
 
 @inner
 def resume(table: TableModel, s: Simulation, cause: int, now: float) -> None:
-    """Let the balls go on that were put somewhere, or that took part in a pending impact."""
+    """Let the balls go on that were put somewhere, or that took part in an impact."""
     for i in range(len(s.balls)):
         if s.balls[i].modified:
             met = cause == CUE or (cause == START and s.balls[i].first_contact != NOTHING)
@@ -114,7 +114,6 @@ def resume(table: TableModel, s: Simulation, cause: int, now: float) -> None:
         if s.balls[i].modified:
             predict_collisions(table, s, i, now)
         s.balls[i].modified = False
-    s.progress.pending = False
 
 
 @inner
@@ -147,14 +146,18 @@ def ending(params: BallClothParams, ball: BallRecord) -> int:
 
 
 @inner
-def note_places(s: Simulation, window: Window, number: int, time: float) -> None:
-    """Note where the balls of a table are at the times of a window before the given one."""
-    p = s.progress
-    while p.noted < len(window.times) and window.times[p.noted] < time:
+def note_places(s: Simulation, window: Window, number: int, noted: int, time: float) -> int:
+    """
+    Note where the balls of a table are at the times of a window before the given one.
+
+    The first `noted` are noted already; return how many are then.
+    """
+    while noted < len(window.times) and window.times[noted] < time:
         for i in range(len(s.balls)):
-            place = window.places[number][i][p.noted]
-            place[0], place[1], place[2] = position_at(s.balls[i], window.times[p.noted])
-        p.noted += 1
+            place = window.places[number][i][noted]
+            place[0], place[1], place[2] = position_at(s.balls[i], window.times[noted])
+        noted += 1
+    return noted
 
 
 @inner
@@ -174,46 +177,52 @@ def stop_all(s: Simulation, time: float) -> int:
 
 @inner
 def run_events(
-    table: TableModel, s: Simulation, max_events: int, window: Window, number: int
+    table: TableModel,
+    s: Simulation,
+    cues: list[CueRecord],
+    number: int,
+    max_events: int,
+    window: Window,
+    room: ImpactRoom,
+    solver: Any,
 ) -> tuple[float, int]:
     """
-    Simulate until nothing moves, or only endlessly, or the window ends.
+    Simulate until nothing moves, or only endlessly, or all is decided, or the window ends.
 
-    Also until an impact is pending, or all is decided. Return when that is [s], and the status of
-    the table, which is OK while an impact is pending.
+    Return when that is [s], and the status of the table.
     """
-    p = s.progress
-    now = p.time
-    if p.unsolved != OK:
-        p.pending = False
-        return now, p.unsolved
-    cause = CUE if p.other == THE_CUE else CLUSTER
-    resume(table, s, cause if p.pending else START, now)
+    p, now, noted = s.progress, 0.0, 0
+    resume(table, s, START, now)
     while True:
         time, i, j = next_event(s)
-        note_places(s, window, number, min(time, window.until))
+        noted = note_places(s, window, number, noted, min(time, window.until))
         if time > window.until:
-            note_places(s, window, number, math.inf)
+            note_places(s, window, number, noted, math.inf)
             return window.until, stop_all(s, window.until)
         if time == math.inf:
             break
         if p.events >= max_events:
             return now, BUDGET_EXCEEDED
-        now = time
+        now, reach = time, NO_CLUSTER
         if j == NOTHING:
             handle_segment_end(table, s, s.balls[i])
         elif j == THE_CUE and len(s.rules) > 0:
             p.cue_hits += 1  # a foul decides the run: nobody needs to know where the ball goes
         elif j == THE_CUE:
-            defer_to_cluster(s, now, i, j, table.cue.neighbour_reach)
+            reach = table.cue.neighbour_reach
         elif j == i:
             handle_boundary(table, s, s.balls[i])
         else:
-            handle_collision(table, s, i, j, now)
-        if p.pending:
-            return now, OK
+            reach = handle_collision(table, s, i, j, now)
+        if reach != NO_CLUSTER:
+            impact = gather(table, s, cues, number, Meeting(now, i, j, reach), room)
+            solve(table, impact, room, solver)
+            conclude(table, s, cues, number, impact, room)
         if p.unsolved != OK:
             return now, p.unsolved
+        if reach != NO_CLUSTER:
+            resume(table, s, CUE if j == THE_CUE else CLUSTER, now)
+            continue
         if len(s.rules) > 0 and is_decided(s):
             return now, OK
         predict_collisions(table, s, i, now)
@@ -231,9 +240,8 @@ def begin_table(table: TableModel, s: Simulation, beginnings: Beginnings, number
     p, cue, n, radius = s.progress, s.cue, table.numbers, table.params.radius
     out_x, out_y = n.nose_half_length + n.cushion_depth, n.nose_half_width + n.cushion_depth
     p.events, p.participants, p.searches = 0, 0, 0  # but segments go on from table to table
-    p.pending, p.unsolved, p.flaw, p.time = False, OK, OK, 0.0
-    p.noted, p.strikes, p.cue_reach = 0, False, table.cue.reach
-    p.cue_time, p.cue_hits, cue.time, cue.end = math.inf, 0, 0.0, 0.0
+    p.cue_hits, p.unsolved, p.flaw = 0, OK, OK
+    cue.meeting_time, cue.time, cue.end = math.inf, 0.0, 0.0
     for i in range(len(s.balls)):
         ball, start = s.balls[i], beginnings.balls[number * len(s.balls) + i]
         for j in range(i + 1, len(s.balls)):
@@ -269,7 +277,6 @@ def begin_table(table: TableModel, s: Simulation, beginnings: Beginnings, number
             cue.position[k], cue.velocity[k] = stroke.tip[k], stroke.speed * stroke.axis[k]
         cue.end = stroke.end
         cue.motion = FLIGHT  # its height counts
-        p.strikes = stroke.strikes
     return True
 
 
@@ -363,22 +370,18 @@ def simulate_tables(
         rules=simulation.rules,
         cue=simulation.cue[0],
     )
-    p, count = s.progress, len(s.balls)
+    p, cues, count = s.progress, beginnings.cues, len(s.balls)
     p.segments = p.events = p.participants = 0
     for number in range(len(table_outcomes)):
         outcome = table_outcomes[number]
         valid = begin_table(table, s, beginnings, number)
         outcome.duration, outcome.status = 0.0, OK if valid else INVALID_REQUEST
-        if valid and p.strikes:
-            strike(table, s, beginnings.cues, number, room, solver)
-        moving = valid and window.until > 0.0
-        while moving:
-            outcome.duration, outcome.status = run_events(table, s, max_events, window, number)
-            moving = p.pending
-            if moving:
-                gather(table, s, beginnings.cues, number, room)
-                solve(table, p, room, solver)
-                conclude(table, s, beginnings.cues, number, room)
+        if valid and len(cues) > 0 and cues[number].strikes:
+            strike(table, s, cues, number, room, solver)
+        if valid and window.until > 0.0:
+            outcome.duration, outcome.status = run_events(
+                table, s, cues, number, max_events, window, room=room, solver=solver
+            )
         outcome.segments, outcome.events = p.segments, p.events
         outcome.searches, outcome.cue_hits = p.searches, p.cue_hits
         outcome.jaws_met = s.balls[0].jaws if valid else 0

@@ -58,57 +58,85 @@ class ImpactRoom(NamedTuple):
     unused: Floats  # (1, 1, 1) parts of `Collisions` that an impact of bodies does not need
 
 
+class Meeting(NamedTuple):
+    """Bodies that meet, as the beginning of an impact of several."""
+
+    time: float  # s
+    ball: int
+    other: int  # the ball that it meets, or THE_CUE
+    reach: float  # m: balls at so small distances take part
+
+
+class Impact(NamedTuple):
+    """An impact of several bodies, whose bodies and contacts are in an `ImpactRoom`."""
+
+    time: float  # s; this and the next two as of its meeting
+    ball: int
+    other: int
+    with_cue: bool
+    begin: float  # s, before its time if ball 0 presses a nose
+    members: int  # balls that take part
+    bodies: int  # with tip, cloth and edges
+    contacts: int
+
+
 @inner
 def gather(
-    table: TableModel, s: Simulation, cues: list[CueRecord], number: int, room: ImpactRoom
-) -> None:
+    table: TableModel,
+    s: Simulation,
+    cues: list[CueRecord],
+    number: int,
+    meeting: Meeting,
+    room: ImpactRoom,
+) -> Impact:
     """
-    Write the bodies and contacts of an impact that is pending; their numbers to `progress`.
+    Write the bodies and contacts of the impact that begins as bodies meet.
 
     If ball 0 presses a nose when the cue hits it, the impact begins when that began: nose and tip
     then act at once.
     """
-    p = s.progress
-    p.begin, p.tolerance = p.time, BALL_IMPACT_TOLERANCE
-    with_cue, ball = p.other == THE_CUE, s.balls[p.ball]
+    time, first, other, reach = meeting
+    begin, with_cue, ball = time, other == THE_CUE, s.balls[first]
     if with_cue:
-        p.tolerance = CUE_IMPACT_TOLERANCE
         if ball.nose == NOTHING or ball.nose == IMPACT:
-            advance_free(table, ball, p.time)
+            advance_free(table, ball, time)
         else:
-            p.begin = ball.time
-    p.members = find_members(table, s, room.members)
-    for k in range(p.members):
-        write_ball(table.params, s.balls[room.members[k]], p.begin, room.bodies[k])
-    p.bodies, p.contacts = p.members, 0
+            begin = ball.time
+    members = find_members(table, s, meeting, begin, room.members)
+    for k in range(members):
+        write_ball(table.params, s.balls[room.members[k]], begin, room.bodies[k])
+    bodies, contacts = members, 0
     if with_cue:
         for k in range(3):  # also if it presses a nose
             room.bodies[0].velocity[k] = ball.velocity[k]
             room.bodies[0].spin[k] = table.params.radius * ball.spin[k]
-        add_cue(table, s, cues[number], room)
-    add_pairs(table, s, room)
+        add_cue(table, s, cues[number], begin, members, room)
+        bodies, contacts = members + 2, 2
+    contacts = add_pairs(table, room, members, contacts, reach, with_cue)
     if with_cue and not table.numbers.endless:
-        for k in range(p.members):
-            add_edges(table, s, room, k)
+        for k in range(members):
+            bodies, contacts = add_edges(table, room, k, members, bodies, contacts, reach=reach)
+    return Impact(time, first, other, with_cue, begin, members, bodies, contacts)
 
 
 @inner
-def find_members(table: TableModel, s: Simulation, members: Any) -> int:
+def find_members(
+    table: TableModel, s: Simulation, meeting: Meeting, begin: float, members: Any
+) -> int:
     """Write the balls that take part in an order that is theirs; return their number."""
-    p, count = s.progress, len(s.balls)
-    reach = 2.0 * table.params.radius + p.reach
+    count, reach = len(s.balls), 2.0 * table.params.radius + meeting.reach
     for i in range(count):
-        members[i] = 1 if i in (p.ball, p.other) else 0
+        members[i] = 1 if i in (meeting.ball, meeting.other) else 0
     grows = table.numbers.pair_gate != GATE_OFF
     while grows:
         grows = False
         for i in range(count):
             if members[i] == 1 or s.balls[i].motion > FLIGHT:
                 continue
-            x, y, z = position_at(s.balls[i], p.begin)
+            x, y, z = position_at(s.balls[i], begin)
             for k in range(count):
                 if members[k] == 1:
-                    u, v, w = position_at(s.balls[k], p.begin)
+                    u, v, w = position_at(s.balls[k], begin)
                     u, v, w = x - u, y - v, z - w
                     if u * u + v * v + w * w <= reach * reach:
                         members[i], grows = 1, True
@@ -138,55 +166,59 @@ def write_ball(params: BallClothParams, ball: BallRecord, time: float, body: Bod
 
 
 @inner
-def connect(
-    table: TableModel, s: Simulation, room: ImpactRoom, a: int, b: int, gap: float
-) -> None:
-    """Add a contact of two bodies at a distance `gap` [m], with the vertical as its tangent."""
-    p = s.progress
+def connect(table: TableModel, room: ImpactRoom, contact: int, a: int, b: int, gap: float) -> None:
+    """Write a contact of two bodies at a distance `gap` [m], with the vertical as its tangent."""
     touch = gap <= max(table.numbers.contact_gap, 0.0)
-    write_contact(room.properties[p.contacts], a, b, 0.0 if touch else gap)
-    room.edges[p.contacts] = NOTHING
-    p.contacts += 1
+    write_contact(room.properties[contact], a, b, 0.0 if touch else gap)
+    room.edges[contact] = NOTHING
 
 
 @inner
-def add_cue(table: TableModel, s: Simulation, cue: CueRecord, room: ImpactRoom) -> None:
-    """Add tip and cloth, and their contacts with ball 0."""
-    p, q, radius = s.progress, table.cue, table.params.radius
-    ball, tip, cloth = room.bodies[0], room.bodies[p.bodies], room.bodies[p.bodies + 1]
+def add_cue(
+    table: TableModel,
+    s: Simulation,
+    cue: CueRecord,
+    begin: float,
+    members: int,
+    room: ImpactRoom,
+) -> None:
+    """Add tip and cloth after the balls, and their contacts with ball 0."""
+    q, radius = table.cue, table.params.radius
+    ball, tip, cloth = room.bodies[0], room.bodies[members], room.bodies[members + 1]
     write_tip(q, cue.axis, dot(cue.axis, s.cue.velocity), tip)
     write_fixed(cloth, PLANE, 0.0, 0.0, 1.0)
     axes, n = room.scratch.workspace.polynomials, room.scratch.workspace.vector[0]
     for k in range(3):
-        tip.position[k] = s.cue.position[k] + (p.begin - s.cue.time) * s.cue.velocity[k]
+        tip.position[k] = s.cue.position[k] + (begin - s.cue.time) * s.cue.velocity[k]
         n[k] = tip.position[k] - ball.position[k]
     distance = unit(n, n)
-    connect(table, s, room, p.bodies, 0, distance - q.reach)
-    connect(table, s, room, 0, p.bodies + 1, ball.position[2] - radius)
-    p.bodies += 2
+    connect(table, room, TIP_CONTACT, members, 0, distance - q.reach)
+    connect(table, room, CLOTH_CONTACT, 0, members + 1, ball.position[2] - radius)
     set_tip_and_cloth(
         q, cue.axis, n, room.properties[TIP_CONTACT], room.properties[CLOTH_CONTACT], axes
     )
 
 
 @inner
-def add_pairs(table: TableModel, s: Simulation, room: ImpactRoom) -> None:
-    """Add the contacts of balls with each other."""
-    p, n, with_cue = s.progress, table.numbers, s.progress.other == THE_CUE
-    diameter = 2.0 * table.params.radius
+def add_pairs(
+    table: TableModel, room: ImpactRoom, members: int, contacts: int, reach: float, with_cue: bool
+) -> int:
+    """Add the contacts of balls with each other; return the number of contacts."""
+    n, diameter = table.numbers, 2.0 * table.params.radius
     stiffness = n.impact_stiffness if n.ball_duration > 0.0 else n.ball_stiffness
-    for a in range(p.members):
-        for b in range(a + 1, p.members):
+    for a in range(members):
+        for b in range(a + 1, members):
             square, one, other = 0.0, room.bodies[a].position, room.bodies[b].position
             for k in range(3):
                 apart = one[k] - other[k]
                 square += apart * apart
             gap = sqrt(square) - diameter
-            if gap > p.reach or p.contacts == len(room.properties):
+            if gap > reach or contacts == len(room.properties):
                 continue  # there is always room, see MOST_CONTACTS
             moves = with_cue or n.ball_duration > 0.0
-            connect(table, s, room, a, b, gap if moves else 0.0)
-            c = room.properties[p.contacts - 1]
+            connect(table, room, contacts, a, b, gap if moves else 0.0)
+            c = room.properties[contacts]
+            contacts += 1
             if not with_cue:
                 # Tangents parallel and normal to the cloth: balls that lie on it stay in a plane.
                 c.tangent[0], c.tangent[1] = other[1] - one[1], one[0] - other[0]
@@ -195,35 +227,50 @@ def add_pairs(table: TableModel, s: Simulation, room: ImpactRoom) -> None:
             c.fading, c.decay = n.friction_slow, n.friction_decay
             c.restitution = n.ball_restitution
             c.stiffness = table.cue.ball_stiffness if with_cue else stiffness
+    return contacts
 
 
 @inner
-def add_edges(table: TableModel, s: Simulation, room: ImpactRoom, member: int) -> None:
-    """Add the edges of cushions that a ball may reach, and the cloth under a ball beside them."""
-    p, n, radius = s.progress, table.numbers, table.params.radius
+def add_edges(
+    table: TableModel,
+    room: ImpactRoom,
+    member: int,
+    members: int,
+    bodies: int,
+    contacts: int,
+    reach: float,
+) -> tuple[int, int]:
+    """
+    Add the edges of cushions that a ball may reach, and the cloth under a ball beside them.
+
+    Return the numbers of bodies and contacts.
+    """
+    n, radius = table.numbers, table.params.radius
     place = room.bodies[member].position
     x, y, up = place[0], place[1], place[2] - n.nose_height
-    if max(abs(x) - n.nose_half_length, abs(y) - n.nose_half_width) + radius + p.reach < 0.0:
-        return
+    if max(abs(x) - n.nose_half_length, abs(y) - n.nose_half_width) + radius + reach < 0.0:
+        return bodies, contacts
     found = False
     for feature in range(HOLES if len(table.jaws) > 0 else FACINGS):
         u, v, away = edge_at(table, feature, x, y)
         gap = sqrt(away * away + up * up) - radius
-        if away <= 0.0 or gap > p.reach or not projects_onto_edge(table, feature, x, y):
+        if away <= 0.0 or gap > reach or not projects_onto_edge(table, feature, x, y):
             continue
-        if p.contacts == len(room.properties):
+        if contacts == len(room.properties):
             continue  # there is always room, see MOST_EDGES
-        edge = room.bodies[p.bodies]
+        edge = room.bodies[bodies]
         write_fixed(edge, EDGE, -v, u, 0.0)
         edge.position[0], edge.position[1] = x - u * away, y - v * away
         edge.position[2] = n.nose_height
-        connect(table, s, room, member, p.bodies, gap)
-        p.bodies, found = p.bodies + 1, True
-        room.edges[p.contacts - 1] = feature
-        c = room.properties[p.contacts - 1]
+        connect(table, room, contacts, member, bodies, gap)
+        room.edges[contacts] = feature
+        c = room.properties[contacts]
+        bodies, contacts, found = bodies + 1, contacts + 1, True
         c.friction, c.restitution = n.cushion_friction, n.cushion_restitution
         c.softening = 2.0 * n.cushion_fading * n.cushion_fading / table.params.mass
         c.stiffness, c.keeps_normal = table.cue.nose_stiffness, True
-    if found and member > 0 and p.contacts < len(room.properties):
-        connect(table, s, room, member, p.members + 1, place[2] - radius)
-        set_cloth(table.cue, room.properties[p.contacts - 1])
+    if found and member > 0 and contacts < len(room.properties):
+        connect(table, room, contacts, member, members + 1, place[2] - radius)
+        set_cloth(table.cue, room.properties[contacts])
+        contacts += 1
+    return bodies, contacts

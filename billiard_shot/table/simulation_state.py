@@ -40,32 +40,15 @@ class EventRecord:
 
 @record
 class RunProgress:
-    """How far a simulation is."""
+    """How far a simulation is; all counts are so far, and of this table but for the segments."""
 
-    segments: int  # so far, of all tables
-    events: int  # so far, like the next one of this table
+    segments: int  # of all tables
+    events: int
     searches: int  # contacts looked for
-    participants: int  # of impacts of several balls so far, like the next of this table
-    # An impact of several balls (cluster.py), or of the cue: whether the simulation waits for it,
-    # or the status of one, also with a cushion, that was not solved; the status of one that was
-    # solved, but with a flaw; when it is, the ball, and the one it met.
-    pending: bool
-    unsolved: int
-    flaw: int
-    time: float
-    ball: int
-    other: int
-    reach: float  # m: balls at so small distances take part
-    strikes: bool  # the impact is the strike with which the run begins
-    begin: float  # s, when it begins; before its time if ball 0 presses a nose
-    tolerance: float  # of the impact, relative to the approach
-    members: int  # balls within reach, all bodies, and contacts between them
-    bodies: int
-    contacts: int
-    cue_time: float  # s, when the cue meets ball 0, or inf
-    cue_reach: float  # m, between the centres of tip and ball as they meet
-    cue_hits: int  # so far, without the strike
-    noted: int  # times at which the places of the balls are noted, so far
+    participants: int  # of impacts of several balls
+    cue_hits: int  # without the strike
+    unsolved: int  # Status of an impact that was not solved, or OK
+    flaw: int  # Status of an impact that was solved, but with a flaw, or OK
 
 
 @record
@@ -93,7 +76,9 @@ class Simulation(NamedTuple):
     segments: list[SegmentRecord]  # of all tables, as far as there is room
     events: list[EventRecord]  # of this table, as far as there is room
     rules: list[BallRule]  # of each ball, or none: the run goes on until all rest
-    cue: BallRecord  # the sphere of the tip, which follows its stroke until its `end`
+    # The sphere of the tip, which follows its stroke until its `end`. It meets ball 0 next at its
+    # `meeting_time`.
+    cue: BallRecord
 
 
 class SimulationRoom(NamedTuple):
@@ -239,14 +224,14 @@ def meeting_time(ball: BallRecord, cue: BallRecord, reach: float) -> float:
 
 
 @inner
-def predict_cue(s: Simulation, ball: BallRecord) -> None:
+def predict_cue(table: TableModel, s: Simulation, ball: BallRecord) -> None:
     """
     Find when the cue that follows its stroke meets the ball that it struck, in its segment.
 
     During a hit nothing is to be found: the time of the cue is the end of the hit.
     """
-    p, meets = s.progress, ball.motion <= FLIGHT and s.cue.time <= ball.time
-    p.cue_time = meeting_time(ball, s.cue, p.cue_reach) if meets else math.inf
+    cue, meets = s.cue, ball.motion <= FLIGHT and s.cue.time <= ball.time
+    cue.meeting_time = meeting_time(ball, cue, table.cue.reach) if meets else math.inf
 
 
 @inner

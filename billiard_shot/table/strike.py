@@ -37,16 +37,17 @@ from billiard_shot.table.cue_impact import (
     write_fixed,
     write_tip,
 )
-from billiard_shot.table.event_handlers import defer_to_cluster
-from billiard_shot.table.gather import CUE_IMPACT_TOLERANCE, gather, ImpactRoom
+from billiard_shot.table.gather import CUE_IMPACT_TOLERANCE, gather, Impact, ImpactRoom, Meeting
 from billiard_shot.table.geometry import TableModel
 from billiard_shot.table.motion import BALL, REST
-from billiard_shot.table.simulation_state import energy_of, log_event, RunProgress, Simulation
+from billiard_shot.table.simulation_state import energy_of, log_event, Simulation
 
 # Slip at the end, relative to the cue's speed, that makes a miscue. Grip fades with the tip's
 # pressure: while the cloth still pushes the ball, every tip slips in the last instant, in scene
 # `pool` by up to 0.02 of the cue's speed. Genuine miscues end with more than 0.06.
 MISCUE_SLIP = 0.03
+# Tip, cloth and ball 0 alone, whose contacts keep their normals.
+STEADY = Impact(0.0, 0, THE_CUE, True, 0.0, members=1, bodies=3, contacts=2)
 
 
 @inner
@@ -64,21 +65,21 @@ def strike(
     If others are near, bodies move at first; if the ball does not reach them, or nothing is near,
     normals stay; and if tip or cloth meet the ball again, bodies move after all.
     """
-    p, q, cue = s.progress, table.cue, cues[number]
+    q, cue = table.cue, cues[number]
     near = cue.others
     tolerance = CUE_IMPACT_TOLERANCE if near else min(cue.tolerance, CUE_IMPACT_TOLERANCE)
-    defer_to_cluster(s, 0.0, 0, THE_CUE, q.neighbour_reach)
-    moving = near or not q.steady
+    impact, moving = STEADY, near or not q.steady
     if moving:
-        solve_near(table, s, cues, number, room, tolerance, solver=solver)
-    if q.steady and not (moving and reaches_others(p, room)):
-        solve_steady(table, p, cue, room, solver)
+        impact = solve_near(table, s, cues, number, room, tolerance, solver=solver)
+    if q.steady and not (moving and reaches_others(impact, room)):
+        impact = STEADY
+        solve_steady(table, cue, room, solver)
         moving = q.follow_through > 0.0 and q.moves and repeats(room)
         if moving:
-            solve_near(table, s, cues, number, room, tolerance, solver=solver)
-    cue.others = reaches_others(p, room)
-    end_strike(table, s, cue, room, moving)
-    p.pending = p.strikes = cue.strikes = False
+            impact = solve_near(table, s, cues, number, room, tolerance, solver=solver)
+    cue.others = reaches_others(impact, room)
+    end_strike(table, s, cue, impact, room, moving)
+    cue.strikes = False
 
 
 @inner
@@ -90,18 +91,19 @@ def solve_near(
     room: ImpactRoom,
     tolerance: float,
     solver: Any,
-) -> None:
+) -> Impact:
     """Solve a strike as an impact of all bodies that are near."""
-    gather(table, s, cues, number, room)
-    s.progress.tolerance = tolerance
-    solve_bodies(table.params, s.progress, room, table.cue.moves, table.cue.interval, solver)
+    q, params = table.cue, table.params
+    meeting = Meeting(0.0, 0, THE_CUE, q.neighbour_reach)
+    impact = gather(table, s, cues, number, meeting, room)
+    room.tolerance[0] = tolerance
+    solve_bodies(params, impact, room, q.moves, q.interval, solver, logs=True)
+    return impact
 
 
 @inner
-def solve_steady(
-    table: TableModel, p: RunProgress, cue: CueRecord, room: ImpactRoom, solver: Any
-) -> None:
-    """Solve a strike whose contacts, of tip and cloth alone, keep their normals."""
+def solve_steady(table: TableModel, cue: CueRecord, room: ImpactRoom, solver: Any) -> None:
+    """Solve the impact `STEADY`."""
     q, params, n = table.cue, table.params, cue.normal
     ball, tip, cloth = room.bodies[0], room.bodies[1], room.bodies[2]
     upper, lower = room.properties[TIP_CONTACT], room.properties[CLOTH_CONTACT]
@@ -116,9 +118,8 @@ def solve_steady(
     ball.turning = params.radius * params.radius / params.inertia
     for k in range(3):
         tip.position[k] = q.reach * n[k]
-    room.members[0] = 0
-    p.members, p.bodies, p.contacts, p.tolerance = 1, 3, 2, cue.tolerance
-    solve_bodies(params, p, room, False, inf, solver)
+    room.members[0], room.tolerance[0] = 0, cue.tolerance
+    solve_bodies(params, STEADY, room, False, inf, solver, logs=True)
 
 
 @inner
@@ -129,49 +130,54 @@ def repeats(room: ImpactRoom) -> bool:
 
 
 @inner
-def reaches_others(p: RunProgress, room: ImpactRoom) -> bool:
+def reaches_others(impact: Impact, room: ImpactRoom) -> bool:
     """Whether a contact closed beside those of tip and cloth with ball 0."""
     closings = 0
-    for j in range(CLOTH_CONTACT + 1, p.contacts):
+    for j in range(CLOTH_CONTACT + 1, impact.contacts):
         closings += room.results.contacts[j].closings
     return closings > 0
 
 
 @inner
 def end_strike(
-    table: TableModel, s: Simulation, cue: CueRecord, room: ImpactRoom, moving: bool
+    table: TableModel,
+    s: Simulation,
+    cue: CueRecord,
+    impact: Impact,
+    room: ImpactRoom,
+    moving: bool,
 ) -> None:
     """
     Let balls and cue begin as a strike leaves them.
 
     A ball that reached no others begins where it was struck.
     """
-    p, q, params = s.progress, table.cue, table.params
+    q, params = table.cue, table.params
     ball, bodies, moved = s.balls[0], room.results.bodies, False
     if moving:
-        settle(table, s, room)
-        moved = set_apart(table, p, room)
+        settle(table, s, impact, room)
+        moved = set_apart(table, impact, room)
         if not moved:
             room.results.outcomes[0].status = BUDGET_EXCEEDED
     moved = moved and cue.others
-    for k in range(p.members):
-        if not takes_part(p, room, k):
+    for k in range(impact.members):
+        if not takes_part(impact, room, k):
             continue
         one, body = s.balls[room.members[k]], bodies[k]
-        one.first_contact = first_partner(p, room, k)
+        one.first_contact = first_partner(impact, room, k)
         for i in range(3):
             one.velocity[i], one.spin[i] = body.velocity[i], body.spin[i] / params.radius
             if moved:
                 one.position[i] = body.position[i]
-    log_meetings(table, s, room)
+    log_meetings(table, s, impact, room)
     if moving and q.on_cloth and not cue.others and ball.velocity[2] < 0.0:
         # it came back to the cloth meanwhile, and leaves it again
         bounce, friction = params.cloth_restitution, params.cloth_friction
         collide_fixed(params, ball, 0.0, 0.0, 1.0, bounce, friction=friction)
-    note_strike(q, cue, p, room, moving)
+    note_strike(q, cue, impact, room, moving)
     for k in range(3):
         cue.velocity[k], cue.spin[k] = ball.velocity[k], ball.spin[k]
-        cue.tip[k] = ball.position[k] + bodies[p.members].position[k] - bodies[0].position[k]
+        cue.tip[k] = ball.position[k] + bodies[impact.members].position[k] - bodies[0].position[k]
         s.cue.position[k], s.cue.velocity[k] = cue.tip[k], cue.speed * cue.axis[k]
     s.cue.end = cue.end
     if not q.on_cloth:  # a ball that would go down is put onto the cloth
@@ -179,21 +185,21 @@ def end_strike(
 
 
 @inner
-def log_meetings(table: TableModel, s: Simulation, room: ImpactRoom) -> None:
+def log_meetings(table: TableModel, s: Simulation, impact: Impact, room: ImpactRoom) -> None:
     """Log the meetings of balls in a strike as events that take and lose no energy."""
-    p, params = s.progress, table.params
-    note_meetings(s, room)
-    for j in range(p.contacts):
+    params = table.params
+    note_meetings(s, impact, room)
+    for j in range(impact.contacts):
         c = room.properties[j]
-        if room.results.contacts[j].closings > 0 and max(c.body_a, c.body_b) < p.members:
+        if room.results.contacts[j].closings > 0 and max(c.body_a, c.body_b) < impact.members:
             one, other = s.balls[room.members[c.body_a]], s.balls[room.members[c.body_b]]
             energy = energy_of(params, one) + energy_of(params, other)
-            log_event(s, p.time, BALL, one, other.ball, energy, after=energy, motion=REST)
+            log_event(s, impact.time, BALL, one, other.ball, energy, after=energy, motion=REST)
 
 
 @inner
 def note_strike(
-    q: CueParams, cue: CueRecord, p: RunProgress, room: ImpactRoom, moving: bool
+    q: CueParams, cue: CueRecord, impact: Impact, room: ImpactRoom, moving: bool
 ) -> None:
     """
     Write the outcome of a strike into the record of its cue, whose speed is that of the stroke.
@@ -204,16 +210,16 @@ def note_strike(
     tip, cloth = contacts[TIP_CONTACT], contacts[CLOTH_CONTACT]
     slip = tip.first_slip if moving else tip.final_slip
     cue.status, cue.miscue = outcome.status, slip > MISCUE_SLIP * cue.speed
-    cue.phases, cue.steps, cue.contacts = outcome.phases, outcome.steps, p.contacts
+    cue.phases, cue.steps, cue.contacts = outcome.phases, outcome.steps, impact.contacts
     cue.hits = max(tip.closings, 1) if moving else 1
     cue.discontinuity_margin = min(tip.discontinuity_margin, cloth.discontinuity_margin)
     cue.impulses[0], cue.impulses[1], cue.impulses[2] = tip.impulse, tip.impulse_1, tip.impulse_2
     cue.impulses[3], cue.impulses[4] = cloth.impulse, cloth.impulse_1
     cue.impulses[5] = cloth.impulse_2
-    for j in range(p.contacts):
+    for j in range(impact.contacts):
         losses = room.losses[j]
         losses[0], losses[1] = contacts[j].restitution_loss, contacts[j].friction_loss
         if j <= CLOTH_CONTACT:
             cue.losses[2 * j], cue.losses[2 * j + 1] = losses[0], losses[1]
-    cue.speed = dot(cue.axis, room.results.bodies[p.members].velocity)
+    cue.speed = dot(cue.axis, room.results.bodies[impact.members].velocity)
     cue.end = follow_through_time(q.follow_through, cue.speed)

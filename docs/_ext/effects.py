@@ -17,6 +17,6 @@ def page() -> str:
         '|---|---|---|',
     ]
     for gate in GATES:
-        without = (getdoc(gate) or '').partition('\n')[0].removeprefix('Without, ')
+        without = (getdoc(gate) or '').partition('\n')[0].removeprefix('If off, ')
         lines.append(f'| `{gate.name}` | {gate.condition} | {without.rstrip(".")} |')
     return '\n'.join([*lines, ''])

@@ -416,9 +416,26 @@ def test_the_cue_hides_the_ball_for_a_while():
         bench.send_goal(SHOT, 'hidden')
 
 
+@pytest.mark.parametrize(('distance', 'fires'), [(0.09, True), (0.11, False)])
+def test_the_armed_cue_hides_only_balls_beside_it(distance, fires):
+    """Somebody takes a ball away while the cue travels to its aim, 0.3 m behind the cue ball."""
+    bench = Bench(settings=Settings(hidden_width=0.1, settle_time=1.5))
+    cos, sin = math.cos(SHOT[3]), math.sin(SHOT[3])
+    bench.balls['8'] = (-0.3 * cos - distance * sin, -0.3 * sin + distance * cos)
+    bench.run(0.02)
+    in_state(bench, SafetyState.AIMING)
+    bench.hide('8')
+    bench.reach(SafetyState.AIMED)
+    assert bench.arm().accepted
+    bench.run(5.0, lambda: bool(bench.results))
+    ended = bench.results[-1]
+    assert bool(bench.strikes) is fires
+    assert ended.outcome is (GoalOutcome.OK if fires else GoalOutcome.TABLE_STALE), ended.message
+
+
 def test_pictures_without_any_ball_are_no_view_of_the_table():
     """A lens that is covered: pictures go on, but show nothing."""
-    bench = Bench(settings=Settings(arm_timeout=60.0, settle_time=10.0))
+    bench = Bench(settings=Settings(hidden_width=1.0, arm_timeout=60.0, settle_time=10.0))
     bench.balls['8'] = (0.5, 0.0)
     bench.run(0.02)
     in_state(bench, SafetyState.ARMED)

@@ -15,7 +15,7 @@ from billiard_shot import Scene
 from billiard_shot.cli import main
 from billiard_shot.cli.exit_codes import INTERRUPTED, WRONG_INPUT
 from billiard_shot.cli.person import Person
-from billiard_shot.game.game import start
+from billiard_shot.game import start
 from billiard_shot.game.rack_record import RackRecord
 
 PRACTICE = 'play practice --balls 2 --scene seven_foot --players person'

@@ -22,7 +22,6 @@ from billiard_shot.game import (
 )
 from billiard_shot.game.batch_outcomes import rule_on
 from billiard_shot.game.spots import spotted
-from billiard_shot.status import Status
 
 TABLE = Scene.load('pool_table')
 EIGHT = start('eight_ball', TABLE, seed=3)
@@ -72,7 +71,7 @@ def test_a_state_is_saved_and_loaded(game, tmp_path):
         ('choices', ('accept',) * 100_000, 'each at most once'),
         ('choices', 'accept', 'each at most once'),
         ('game', '../../x', 'or a module such as package.module'),
-        ('game', 'practice\x1b[2J', 'of at most 64 printable characters'),
+        ('game', 'practice\x1b[2J', 'or a module such as package.module'),
         ('balls', {'1': (0, 0), '16': (0.5, 0)}, "14, 15, got '16'"),
         ('balls', {str(i): (0.0, 0.0) for i in range(100_000)}, "got '0'"),
         ('balls', {'\x1b[2J': (0.0, 0.0)}, 'of at most 64 printable characters'),
@@ -300,7 +299,7 @@ def test_a_simulated_batch_gets_the_rulings_of_its_shots():
     offsets[:, 4] = draw.uniform(0.3, 3.0, 40)
     calls = [Call(ball='3', pocket='foot_left')] * 40
     played = predict_batch(scene, offsets=offsets)
-    batch = rule_on(state, calls, played.run, played.status >= Status.MISS, played.double_hit)
+    batch = rule_on(state, calls, played)
     ruled = set()
     for i, row in enumerate(offsets.tolist()):
         one = judge(state, calls[i], predict(scene, Stroke.from_offsets(*row)))

@@ -9,8 +9,8 @@ import pytest
 from billiard_shot import predict, Scene, Stroke
 from billiard_shot.game.agent import scene_of
 from billiard_shot.game.call import Call
-from billiard_shot.game.game import start
 from billiard_shot.game.outcome import outcome_of
+from billiard_shot.game.racking import start
 from billiard_shot.game.referee import judge
 from billiard_shot.game.seen import MOVED, possible_rulings, Told, told_outcome
 

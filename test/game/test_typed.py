@@ -9,10 +9,10 @@ from hypothesis import example, given, strategies
 import numpy as np
 import pytest
 
-from billiard_shot import predict, Scene, Stroke
+from billiard_shot import aim, predict, Scene
 from billiard_shot.game.call import Call
-from billiard_shot.game.game import start
 from billiard_shot.game.placing import listed_shots
+from billiard_shot.game.racking import start
 from billiard_shot.game.seen import Told
 from billiard_shot.game.typed import (
     read_choice,
@@ -61,7 +61,7 @@ def test_a_ball_is_aimed_at_whose_shot_is_not_in_the_list():
     """The line is that of the geometry then: without throw."""
     aimed = read_shot('aim 9 foot_right 3', SCENE, STATE, [])
     assert aimed.call == Call('9', 'foot_right')
-    expected = Stroke.at(SCENE, '9', speed=3.0, pocket='foot_right')
+    expected = aim(SCENE, '9', speed=3.0, pocket='foot_right')
     assert aimed.stroke.offsets[3] == pytest.approx(expected.offsets[3], abs=1e-9)
     full = shot('aim 9 3')
     assert full.call == Call()

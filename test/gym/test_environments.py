@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from billiard_shot import Scene, simulate_batch, TableStates
+from billiard_shot import predict, Scene, Stroke
 from billiard_shot.game import judge, start
-from billiard_shot.game.batch_outcomes import _outcome
+from billiard_shot.game.agent import scene_of
 
 gymnasium = pytest.importorskip('gymnasium')
 from gymnasium.utils.env_checker import check_env  # noqa: E402
@@ -57,31 +57,38 @@ def test_one_table_plays_as_one_of_many():
         assert not truncated.any()
 
 
-def test_practice_follows_the_referee():
-    """Strokes in all directions on one table, without errors: the environment against `judge`."""
+def test_practice_plays_what_predict_predicts_by_the_rules():
+    """Strokes in all directions on one table, without errors: row by row."""
     count = 300
     env = PracticeVectorEnv(count, EXACT, balls=5)
     env.reset(seed=2)
     tables = env._tables
-    state = start('practice', EXACT, seed=7, balls=5).with_cue_ball(0.1, 0.05)
+    state = start('practice', EXACT, seed=7, balls=5).with_cue_ball(-0.9, 0.35)
+    near = {**state.balls, '1': (-0.896 + 2.0 * EXACT.ball.radius, 0.35)}
+    state = replace(state, balls=near)
     tables.position[:, :, :2] = [state.balls[name] for name in tables.names]
     tables.present[:] = True
     strokes = np.zeros((count, 5))
     strokes[:, 2], strokes[:, 4] = 0.1, np.linspace(0.5, 6.0, count)
     strokes[:, 3] = np.linspace(-np.pi, np.pi, count) * 0.999
-    position = tables.position.copy()
-    _, reward, ended, _, _ = env.step(action_of(EXACT, strokes))
-    again = TableStates(tables.names, position, tables.velocity, tables.spin)
-    played = simulate_batch(EXACT, again)
-    expected = []
-    for i in range(count):
-        row = [*played.pocket[i], *played.off_table[i], *played.to_cushion[i]]
-        outcome = _outcome(state, played.names, [0, 0, played.first_met[i, 0], *map(int, row)])
-        ruling = judge(state, shot=outcome)
-        expected.append(0 if ruling.fouls else len(outcome.fallen))
-    assert 10 < np.count_nonzero(expected) < count - 10
-    assert reward.tolist() == expected
-    assert (ended == (np.array(expected) == 0)).all()
+    actions = action_of(EXACT, strokes)
+    _, reward, ended, _, _ = env.step(actions)
+    scene, refused, hit_again = scene_of(EXACT, state), 0, 0
+    for i, row in enumerate(strokes_of(EXACT, actions).tolist()):
+        shot = predict(scene, Stroke.from_offsets(*row))
+        ruling = judge(state, shot=shot)
+        refused += shot.status.refused
+        hit_again += shot.double_hit is not None
+        fallen = [ball for ball in shot.pocketed if ball != 'cue']
+        assert reward[i] == (0 if ruling.fouls else len(fallen))
+        assert ended[i] == (reward[i] == 0)
+        for k, name in enumerate(tables.names):
+            if not ended[i] and name not in shot.pocketed:
+                place = shot.final_position[name]
+                assert env._tables.position[i, k] == pytest.approx(place, abs=1e-6)
+    assert 5 < np.count_nonzero(reward) < count - 5
+    assert refused > 10
+    assert hit_again > 10
 
 
 def test_a_cue_ball_on_another_ball_ends_the_episode():

@@ -48,8 +48,8 @@ def test_candidates_that_reach_the_target_do():
     assert np.ptp(good[:, 4]) > 1.0  # of different speeds
     assert len(np.unique(good[:, 1].round(3))) > 1  # and heights
     batch = predict_batch(scene, offsets=good)
-    ball = batch.run.names.index('8')
-    potted = batch.run.pocket[:, ball] == POCKET_NAMES.index('foot_left')
+    ball = batch.names.index('8')
+    potted = batch.pocket[:, ball] == POCKET_NAMES.index('foot_left')
     assert potted.mean() > 0.95  # the search is a little less accurate
     assert len(candidates(scene, {'pot': '8'}, budget=10)) == 10
     assert Stroke.from_offsets(*good[0].tolist()).speed == pytest.approx(good[0, 4])

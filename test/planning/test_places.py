@@ -7,6 +7,7 @@ import pytest
 
 from billiard_shot import plan, predict, Scene, Stroke
 from billiard_shot.cue.plan import tip_at
+from billiard_shot.planning.evaluate import simulate_strokes
 from billiard_shot.planning.limits import limits_of
 from billiard_shot.planning.places import as_struck, draw_places
 from billiard_shot.planning.problem import problem_of
@@ -69,6 +70,23 @@ def test_a_stroke_meets_a_ball_that_lies_aside(table):
         normal = np.array(pose.touching(curvature).normal)
         again = Stroke(normal=tuple(normal), velocity=pose.velocity)
         np.testing.assert_allclose(again.offsets[:2], found[:2], atol=1e-9)
+
+
+def test_strikes_near_a_ball_are_those_where_the_balls_really_lie(table):
+    """Some reach the ball in the strike and some do not, by where it was drawn."""
+    near = {'cue': (0.0, 0.0), '8': (2.0 * table.ball.radius + 0.002, 0.0)}
+    scene, count = replace(table, balls=near), 30
+    here, rng = problem(scene, 0.001), np.random.default_rng(6)
+    places = draw_places(here, rng, count)
+    strokes = as_struck(here, np.tile((0.0, 0.1, 0.1, 0.0, 1.0), (count, 1)), places)
+    played, usable = simulate_strokes(here, strokes, places=places)
+    assert usable.all()
+    for i, (stroke, there) in enumerate(zip(strokes, places, strict=True)):
+        balls = dict(zip(here.names, map(tuple, there.tolist()), strict=True))
+        shot = predict(replace(scene, balls=balls), Stroke.from_offsets(*stroke))
+        assert played.cues['velocity'][i] == pytest.approx(shot.velocity, abs=1e-4)
+        assert played.cues['others'][i] == bool(shot._cue['others'])
+    assert 0 < np.count_nonzero(played.cues['others']) < count
 
 
 def random_table(rng):

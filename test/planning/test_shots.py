@@ -153,9 +153,9 @@ def test_stated_chances_are_those_of_exact_strokes():
         for i in draw.permutation(likely)[:4]:
             played = scene.noise.sample(found.offsets[i], 120, draw, R)
             batch = predict_batch(scene, offsets=played, tolerance=1e-3)
-            ball = batch.run.names.index(found.names[found.ball[i]])
+            ball = batch.names.index(found.names[found.ball[i]])
             stated.append(found.chance[i])
-            measured.append((batch.run.pocket[:, ball] == found.pocket[i]).mean())
+            measured.append((batch.pocket[:, ball] == found.pocket[i]).mean())
     error = np.array(stated) - measured
     assert abs(error.mean()) < 0.03
     assert np.abs(error).mean() < 0.06

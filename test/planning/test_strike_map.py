@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 
 from billiard_shot import Scene
-from billiard_shot.planning.evaluate import evaluate_strokes, reaching_speed_in, start_strokes
+from billiard_shot.planning.evaluate import evaluate_strokes
 from billiard_shot.planning.limits import limits_of
-from billiard_shot.planning.mapped_starts import Ground, SOLVED, start_mapped
-from billiard_shot.planning.noises import NOISES
+from billiard_shot.planning.noises import NOISES, TRIALS
 from billiard_shot.planning.problem import problem_of
 from billiard_shot.planning.strike_map import (
     bounds_of,
@@ -18,14 +17,15 @@ from billiard_shot.planning.strike_map import (
     STRICT_SHARE,
 )
 from billiard_shot.planning.targets import target_of
-from billiard_shot.records import ROWS
 from billiard_shot.scene import Noise
-from billiard_shot.shot.clearance import NOTHING_AROUND
 from billiard_shot.shot.effects import model_of
-from billiard_shot.shot.on_table import FARTHEST, starts_of, strike_batch
-from billiard_shot.shot.strike import Strokes
+from billiard_shot.shot.mapped_strike import SOLVED
+from billiard_shot.shot.on_table import strike
+from billiard_shot.shot.play import play
+from billiard_shot.shot.setting import alone
+from billiard_shot.shot.strike import cues_of, FARTHEST, reaching_speed
 from billiard_shot.shot.stroke import vectors_of
-from billiard_shot.table.cue import CueRecord, TIP_DURATION
+from billiard_shot.table.cue import TIP_DURATION
 
 SCENE = Scene.load('blocked')
 NOISE = NOISES['tournament']
@@ -43,14 +43,6 @@ def mapped(scene, strokes, sigmas, *, strict=False, **options):
         return [fit_cell(maps.model, cell) for cell in cells]
 
     return maps.mapped(strokes, fit, strict=strict)
-
-
-def begun(scene, strokes, found):
-    """Balls, cues and statuses of mapped strokes, at the cue ball alone."""
-    count, place = len(strokes), np.array([0.0, 0.0, scene.ball.radius])
-    starts, cues = starts_of(place, np.zeros((0, 3)), count), ROWS.records(CueRecord, count)
-    ground = Ground(model_of(scene), NOTHING_AROUND, place)
-    return start_mapped(ground, strokes, found, starts, cues, np.full(count, -1))
 
 
 def cloud(centre, count, seed=1):
@@ -76,23 +68,21 @@ def test_maps_agree_with_exact_strikes(centre, share):
     radius = model.surface.radius
     there = found.number != SOLVED
     assert there.mean() > 0.9
-    centre = np.array([0.0, 0.0, radius])
-    asked = Strokes(model, *vectors_of(strokes), centre)
-    exact = strike_batch(asked, 1e-4)
-    starts, cues, status = begun(SCENE, strokes, found)
-    assert (status[there] == exact.cues['status'][there]).all()
-    assert (status[~there] == -1).all()
+    exact = strike(model, *vectors_of(strokes), 1e-4)
+    cues = cues_of(alone(model), *vectors_of(strokes), mapped=found)
+    assert (cues['status'] == exact['status']).all()
+    assert (cues['strikes'] == ~there).all()
     limits = share / DEVIATION_SHARE * bounds_of(problem().sigmas)
     for name, scale, limit in (('velocity', 1.0, limits[:3]), ('spin', radius, limits[3:6])):
-        error = scale * (starts[name][:, 0] - exact.cues[name])[there] / strokes[there, 4:]
+        error = scale * (cues[name] - exact[name])[there] / strokes[there, 4:]
         sin, cos = np.sin(strokes[there, 3]), np.cos(strokes[there, 3])
         x, y, z = error.T
         error = np.stack([cos * x + sin * y, cos * y - sin * x, z])
         assert (np.sqrt((error**2).mean(axis=1)) < 1.5 * limit).all()  # held out: `limit`
     for name in ('tip', 'axis'):
-        assert cues[name][there] == pytest.approx(exact.cues[name][there], abs=1e-12)
-    assert cues['speed'][there] == pytest.approx(exact.cues['speed'][there], rel=1e-3)
-    assert cues['end'][there] == pytest.approx(exact.cues['end'][there], rel=1e-2)
+        assert cues[name][there] == pytest.approx(exact[name][there], abs=1e-12)
+    assert cues['speed'][there] == pytest.approx(exact['speed'][there], rel=1e-3)
+    assert cues['end'][there] == pytest.approx(exact['end'][there], rel=1e-2)
 
 
 def test_miscues_are_never_mapped():
@@ -131,17 +121,19 @@ def test_strokes_among_near_balls_are_mapped_if_they_reach_none():
     scene = Scene.from_dict({'like': 'pool_table', 'balls': balls})
     limits = limits_of(scene, None, NOISE)
     near = problem_of(scene, target_of(scene, {'hit': '8'}), limits, NOISE)
-    limit = reaching_speed_in(near)
+    limit = reaching_speed(near.setting)
     assert limit == pytest.approx(gap / (FARTHEST * TIP_DURATION))
     strokes = cloud((0.0, 0.0, 0.1, 0.0, limit), 400)
     found = mapped(scene, strokes, near.sigmas, slower_than=limit)
-    exact = start_strokes(near, strokes, None, coarse=False)
-    fast = start_strokes(near, strokes, found, coarse=False)
     assert ((found.number != SOLVED) == (strokes[:, 4] < limit)).all()
-    assert (fast.cues['others'] == exact.cues['others']).all()
-    assert (fast.status == exact.status).all()
-    wrong = fast.task.starts['velocity'] - exact.task.starts['velocity']
-    assert np.abs(wrong).max() < 1e-3
+    careless = mapped(scene, strokes, near.sigmas)
+    assert (careless.number != SOLVED).all()
+    exact = play(scene, *vectors_of(strokes), accuracy=TRIALS)
+    for each in (found, careless):  # who reaches others is solved in any case
+        fast = play(scene, *vectors_of(strokes), accuracy=TRIALS, mapped=each)
+        assert (fast.mapped == (strokes[:, 4] < limit)).all()
+        assert (fast.status == exact.status).all()
+        assert np.abs(fast.velocity - exact.velocity).max() < 1e-3
 
 
 def test_an_early_end_never_makes_a_success():

@@ -4,7 +4,7 @@ from layouts import table_with
 import numpy as np
 import pytest
 
-from billiard_shot import plan, predict_batch, Scene, shots, Status
+from billiard_shot import plan, predict_batch, Scene, shots
 from billiard_shot.planning.in_hand import HEAD_STRING
 
 TRIALS = 1500
@@ -26,17 +26,17 @@ def played(scene, stroke, seed=5):
 
 
 def usable(batch):
-    return (batch.status < Status.MISS) & ~batch.miscue & ~batch.double_hit
+    return ~batch.refused & ~batch.miscue & ~batch.double_hit
 
 
 def test_the_best_value_is_better_than_that_of_the_surest_pot():
     surest = plan(POCKET_8, {'pot': '8'}, budget=20000).best
     best = plan(POCKET_8, {'pot': '8'}, budget=20000, value=near_the_head).best
     batch = played(POCKET_8, best.stroke)
-    values = np.where(usable(batch), near_the_head(batch.run), 0.0)
+    values = np.where(usable(batch), near_the_head(batch), 0.0)
     error = np.hypot(values.std() / TRIALS**0.5, best.value_error)
     assert abs(values.mean() - best.value) < 4.0 * error
-    assert best.value > near_the_head(played(POCKET_8, surest.stroke).run).mean() + 0.1
+    assert best.value > near_the_head(played(POCKET_8, surest.stroke)).mean() + 0.1
     assert best.success < surest.success + 0.05
 
 
@@ -64,9 +64,9 @@ def test_a_safety_leaves_no_good_shot():
     )
     goal = {'safe': '1', 'against': '9', 'chance': 0.3}
     best = plan(scene, goal, budget=15000).best
-    batch = played(scene, best.stroke)
-    run, ball = batch.run, batch.run.names.index('1')
-    legal = usable(batch) & (run.first_met[:, 0] == ball) & (run.pocket[:, 0] < 0)
+    run = played(scene, best.stroke)
+    ball = run.names.index('1')
+    legal = usable(run) & (run.first_met[:, 0] == ball) & (run.pocket[:, 0] < 0)
     legal &= run.to_cushion.any(axis=1) | (run.pocket >= 0).any(axis=1)
     left = shots(scene, run.states, ['9']).best
     success = (legal & (left <= 0.3)).mean()

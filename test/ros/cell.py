@@ -270,9 +270,10 @@ class Cell:
             ),
             PATIENCE,
         )
-        self.call('table_sim/reset')
+        # Both may have been started again just now; then an answer can be lost.
+        self.call('table_sim/reset', repeatable=True)
         if 'table_tracker/reset' in self.services:  # else it waits for balls that are gone
-            self.call('table_tracker/reset')
+            self.call('table_tracker/reset', repeatable=True)
         reset = self.player.get_clock().now()
         assert self.player.until(
             lambda: Time.from_msg(self.player.table.header.stamp, reset.clock_type) > reset,

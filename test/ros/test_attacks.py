@@ -58,8 +58,7 @@ def wait(cell, seconds):
 
 
 def goal_for(cell, balls):
-    cell.count += 1
-    return cell.player.goal(STROKE, balls, SCENE, f'attack {cell.count}')
+    return cell.player.goal(STROKE, balls, SCENE, 'attack')
 
 
 def aim(cell):

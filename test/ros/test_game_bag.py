@@ -26,7 +26,7 @@ from rclpy.action import ActionClient
 from waiting import PATIENCE
 
 from billiard_shot import Scene
-from billiard_shot.game.game import start
+from billiard_shot.game.racking import start
 from billiard_shot.game.tournament import find_agent
 from billiard_shot.perception.tracker import BallTracker, TrackerSettings
 from billiard_shot.ros import turn

@@ -28,8 +28,8 @@ from waiting import PATIENCE, PatientCaller
 from billiard_shot import Scene, Stroke
 from billiard_shot.cue.outcome import GoalOutcome
 from billiard_shot.game.call import Call, Decision
-from billiard_shot.game.game import start
 from billiard_shot.game.outcome import Outcome
+from billiard_shot.game.racking import start
 from billiard_shot.game.state import State
 from billiard_shot.game.tournament import find_agent
 from billiard_shot.perception.sightings import moved, Sighting

@@ -10,7 +10,7 @@ from cell import Cell, PATIENT
 from waiting import PATIENCE
 
 from billiard_shot import Scene
-from billiard_shot.game.game import start
+from billiard_shot.game.racking import start
 from billiard_shot.game.tournament import find_agent
 from billiard_shot.ros.game_table import GameTable
 from billiard_shot.ros.turn import Turn

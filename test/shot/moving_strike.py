@@ -2,10 +2,10 @@
 
 from billiard_shot.records import ROWS
 from billiard_shot.shot.model import cue_params, tip_reach
-from billiard_shot.shot.on_table import starts_of
 from billiard_shot.table.cue import CueRecord
+from billiard_shot.table.initial_states import ball_starts
 from billiard_shot.table.model import ENDLESS
-from billiard_shot.table.simulate import run_tables, TableTask
+from billiard_shot.table.task import run_tables, TableTask
 
 
 def strike(model, places, axes, normals, speeds, table=ENDLESS):
@@ -19,7 +19,8 @@ def strike(model, places, axes, normals, speeds, table=ENDLESS):
     cues['axis'], cues['speed'], cues['tolerance'] = axes, speeds, 1e-9
     cues['strikes'] = cues['others'] = True
     cues['tip'] = places[0] + tip_reach(model) * normals
-    starts = starts_of(places[0], places[1:], len(axes))
+    starts = ball_starts(len(axes), len(places))
+    starts['position'] = places
     params = cue_params(model, table)._replace(steady=False)
     surface = model.surface._replace(cloth_restitution=-1.0)  # a bounce has no impulse
     return run_tables(TableTask(surface, table, starts, 1.0, cue=params, cues=cues, until=0.0))

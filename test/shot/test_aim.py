@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.spatial.distance import pdist
 
-from billiard_shot import lowest_elevation, predict, Scene, Stroke
+from billiard_shot import aim, lowest_elevation, predict, Scene, Stroke
 from billiard_shot.cli import main
 from billiard_shot.shot.refusals import refusals_in
 from billiard_shot.shot.stroke import vectors_of
@@ -25,13 +25,13 @@ def heading(vector):
 @pytest.mark.parametrize('cut', [-75.0, -30.0, 0.0, 10.0, 60.0, 85.0])
 def test_the_ball_leaves_at_the_cut_angle(cut):
     """Balls without friction: the ball goes along the line of centres. Positive is right."""
-    stroke = Stroke.at(TABLE, '8', speed=2.0, cut_deg=cut)
+    stroke = aim(TABLE, '8', speed=2.0, cut_deg=cut)
     shot = predict(TABLE, stroke)
     assert shot.first_contact == '8'
     met = next(event for event in shot.events if '8' in event.balls)
     line = heading(shot.run.at(met.time)['8'].velocity)
     assert heading(stroke.velocity) - line == pytest.approx(cut, abs=0.05)
-    assert Stroke.at(TABLE, '8', speed=2.0, cut=math.radians(cut)) == stroke
+    assert aim(TABLE, '8', speed=2.0, cut=math.radians(cut)) == stroke
 
 
 @pytest.mark.parametrize(
@@ -40,40 +40,40 @@ def test_the_ball_leaves_at_the_cut_angle(cut):
 )
 def test_the_pocket_is_reached(pocket, place):
     scene = dataclasses.replace(TABLE, balls={'cue': (-0.4, -0.2), '8': place})
-    shot = predict(scene, Stroke.at(scene, '8', speed=2.0, pocket=pocket, b=-0.2))
+    shot = predict(scene, aim(scene, '8', speed=2.0, pocket=pocket, b=-0.2))
     assert shot.pocketed['8'] == pocket
 
 
 def test_squirt_is_corrected_on_request():
     place = (0.6, -0.3)
     line = heading(np.subtract(place, TABLE.cue_ball[:2]))
-    plain = Stroke.at(TABLE, place, speed=2.0, a=0.4)
+    plain = aim(TABLE, place, speed=2.0, a=0.4)
     assert heading(plain.velocity) == pytest.approx(line)
     assert abs(heading(predict(TABLE, plain).velocity) - line) > 1.0
-    turned = Stroke.at(TABLE, place, speed=2.0, a=0.4, correct_squirt=True)
+    turned = aim(TABLE, place, speed=2.0, a=0.4, correct_squirt=True)
     assert heading(predict(TABLE, turned).velocity) == pytest.approx(line, abs=1e-6)
 
 
 def test_the_cue_is_as_low_as_it_can_be():
     scene = dataclasses.replace(TABLE, balls={'cue': (-1.2, 0.0), '8': (0.2, 0.0)})
-    stroke = Stroke.at(scene, '8', speed=1.0, margin=0.0)
+    stroke = aim(scene, '8', speed=1.0, margin=0.0)
     assert not predict(scene, stroke).status.refused
     _, _, elevation, azimuth, _ = stroke.offsets
     lower = Stroke.from_offsets(0.0, 0.0, elevation - math.radians(0.26), azimuth, 1.0)
     assert predict(scene, lower).status.refused
-    assert Stroke.at(scene, '8', speed=1.0, elevation_deg=20).offsets[2] == pytest.approx(
+    assert aim(scene, '8', speed=1.0, elevation_deg=20).offsets[2] == pytest.approx(
         math.radians(20)
     )
 
 
 @pytest.mark.parametrize('margin_deg', [0.0, 0.6, 3.0])
 def test_the_cue_can_be_lower_by_the_margin(margin_deg):
-    stroke = Stroke.at(TABLE, '8', speed=1.0, margin_deg=margin_deg)
-    assert stroke == Stroke.at(TABLE, '8', speed=1.0, margin=math.radians(margin_deg))
+    stroke = aim(TABLE, '8', speed=1.0, margin_deg=margin_deg)
+    assert stroke == aim(TABLE, '8', speed=1.0, margin=math.radians(margin_deg))
     elevation = stroke.offsets[2]
     lowest = lowest_elevation(TABLE, [stroke.offsets])[0]
     assert abs(math.degrees(elevation - lowest) - margin_deg) < 0.051
-    level = Stroke.at('pool', (1.0, 0.0), speed=1.0, margin_deg=margin_deg).offsets[2]
+    level = aim('pool', (1.0, 0.0), speed=1.0, margin_deg=margin_deg).offsets[2]
     assert math.degrees(level) == pytest.approx(margin_deg)  # it does not point up
 
 
@@ -91,7 +91,7 @@ def test_a_player_with_errors_has_room(balls):
         scene = dataclasses.replace(TABLE, balls=dict(zip(names, places.tolist(), strict=True)))
         a, b = draw.uniform(-0.3, 0.3, 2)
         for margin in refused:
-            stroke = Stroke.at(scene, '1', speed=2.0, a=a, b=b, margin=margin)
+            stroke = aim(scene, '1', speed=2.0, a=a, b=b, margin=margin)
             played = vectors_of(scene.noise.sample(stroke, 100, draw))
             refused[margin] += np.count_nonzero(refusals_in(scene, *played))
     assert refused[0.0] > 1500
@@ -126,7 +126,7 @@ def test_a_player_with_errors_has_room(balls):
 )
 def test_what_cannot_be_aimed_at(target, options, text):
     with pytest.raises(ValueError, match=text):
-        Stroke.at(TABLE, target, speed=2.0, **options)
+        aim(TABLE, target, speed=2.0, **options)
 
 
 def test_commands_aim(capsys, tmp_path):

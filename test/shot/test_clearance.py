@@ -26,7 +26,7 @@ def stroke(elevation_deg, azimuth=0.0, b=0.0):
 def test_a_level_cue_goes_through_the_cushion_behind_it():
     shot = predict(scene_of(cue=(-0.6, 0.0)), stroke(0))
     assert shot.status == Status.CUE_THROUGH_CUSHION
-    assert 'mm deep through the head cushion' in shot.message
+    assert 'the head cushion blocks the cue, by' in shot.message
     assert shot.trajectory.final_position == pytest.approx([-0.6, 0, R])
     assert shot.run.duration == 0.0
     assert predict(scene_of(cue=(-0.6, 0.0)), stroke(4)).status == Status.OK
@@ -79,7 +79,7 @@ def test_a_ball_in_the_way_is_named():
     scene = scene_of(dataclasses.replace(POOL, table=None), cue=(0, 0), eight=(-0.3, 0.01))
     shot = predict(scene, stroke(0))
     assert shot.status == Status.CUE_THROUGH_BALL
-    assert "deep through ball 'eight'" in shot.message
+    assert "ball 'eight' blocks the cue, by" in shot.message
     assert predict(scene, stroke(30)).status == Status.OK
     assert predict(scene, stroke(0, azimuth=0.5)).status == Status.OK
     ahead = scene_of(dataclasses.replace(POOL, table=None), cue=(0, 0), eight=(0.3, 0.0))

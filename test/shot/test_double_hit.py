@@ -255,7 +255,7 @@ def test_single_and_batch_double_hits_agree():
         for i, played in enumerate(alone):
             np.testing.assert_allclose(batch.velocity[i], played.velocity, rtol=1e-9, atol=1e-9)
             np.testing.assert_allclose(
-                batch.final_position[i], played.trajectory.final_position, rtol=0, atol=1e-6
+                batch.final_position[i, 0], played.trajectory.final_position, rtol=0, atol=1e-6
             )
             assert batch.status[i] == played.status
 

@@ -175,8 +175,8 @@ def test_a_batch_gives_what_single_predictions_give():
     for i, stroke in enumerate(strokes):
         shot = predict(scene, stroke)
         assert (many.velocity[i] == shot.velocity).all()
-        assert (many.final_position[i] == shot.trajectory.final_position).all()
-        assert many.run.first_met[i].tolist() == [1, 0]
+        assert (many.final_position[i, 0] == shot.trajectory.final_position).all()
+        assert many.first_met[i].tolist() == [1, 0]
         assert np.isfinite(many.final_position).all()
 
 
@@ -244,7 +244,7 @@ def test_a_ball_between_a_cushion_and_another_ball_is_set_apart_from_both(azimut
         batch = predict_batch(scene, [stroke.normal], [stroke.velocity])
         assert shot.status is Status.OK
         assert batch.status[0] == Status.OK
-        np.testing.assert_array_equal(batch.final_position[0], shot.trajectory.final_position)
+        np.testing.assert_array_equal(batch.final_position[0, 0], shot.trajectory.final_position)
 
 
 def test_balls_that_cannot_be_set_apart_begin_where_they_were(monkeypatch):

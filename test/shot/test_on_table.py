@@ -69,9 +69,9 @@ def test_a_batch_gives_what_single_predictions_give():
     for i, one in enumerate(strokes):
         shot = predict(scene, one)
         assert many.status[i] == shot.status
-        assert many.final_position[i] == pytest.approx(shot.trajectory.final_position, abs=1e-9)
-        for k, name in enumerate(many.run.names):
-            assert many.run.final_position[i, k] == pytest.approx(
+        assert many.final_position[i, 0] == pytest.approx(shot.trajectory.final_position, abs=1e-9)
+        for k, name in enumerate(many.names):
+            assert many.final_position[i, k] == pytest.approx(
                 shot.run.final_position[name], abs=1e-9
             )
 

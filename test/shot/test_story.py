@@ -9,8 +9,7 @@ import pytest
 
 from billiard_shot import predict, predict_batch, Scene, simulate, Status, Stroke
 from billiard_shot.shot import story
-from billiard_shot.shot.play import HOPS, HOPS_BEFORE_CUSHIONS
-from billiard_shot.shot.predict import DEFAULT_SHOT_TOLERANCE
+from billiard_shot.shot.accuracy import DEFAULT_SHOT_TOLERANCE, HOPS, HOPS_BEFORE_CUSHIONS
 from billiard_shot.table.trajectory import BallState, EventKind
 
 POOL = Scene.load('pool_table')
@@ -236,8 +235,7 @@ def test_batches_count_and_list_miscues():
     pytest.importorskip('pandas')
     strokes = [(offset, 0.0, 0.02, 0.0, 2.0) for offset in (0.0, 0.8, 0.9)]
     batch = predict_batch('pool', offsets=strokes)
-    assert repr(batch) == 'BatchResult(3 strokes: 3 OK; 2 miscues)'
-    assert repr(batch.run) == 'TableBatch(1 ball, 3 tables: 3 OK; 2 miscues)'
+    assert repr(batch) == 'StrokeBatch(3 strokes: 3 OK; 2 miscues)'
     shots = [predict('pool', Stroke.from_offsets(*stroke)) for stroke in strokes]
     assert batch.miscue.tolist() == [shot.miscue for shot in shots] == [False, True, True]
     assert batch.to_frame()['miscue'].tolist() == batch.miscue.tolist()
@@ -250,7 +248,7 @@ def test_tables_for_pandas():
     assert frame['time'].tolist() == [event.time for event in shot.events]
     strokes = [level(), Stroke((1, 0, 0), (1, 0, 0))]
     batch = predict_batch(POOL, [s.normal for s in strokes], [s.velocity for s in strokes])
-    assert repr(batch) == 'BatchResult(2 strokes: 1 OK, 1 MISS)'
+    assert repr(batch) == 'StrokeBatch(2 strokes: 1 OK, 1 MISS)'
     assert batch.to_frame()['status'].tolist() == ['OK', 'MISS']
 
 

@@ -110,12 +110,12 @@ def test_batches_play_paths_by_jaws_again_as_single_predictions_do():
     strokes = [elevated_stroke(rng)[0] for _ in range(40)]
     batch = predict_batch(POOL, [s.normal for s in strokes], [s.velocity for s in strokes])
     shots = [predict(POOL, stroke) for stroke in strokes]
-    assert batch.run.jaws_met.tolist() == [shot.run.jaws_met for shot in shots]
-    assert batch.run.jaws_met.max() > 1
+    assert batch.jaws_met.tolist() == [shot.run.jaws_met for shot in shots]
+    assert batch.jaws_met.max() > 1
     assert batch.status.tolist() == [shot.status for shot in shots]
     errors = [shot.error_estimate for shot in shots]  # rounding of normals shifts those by jaws
     assert batch.error_estimate == pytest.approx(errors, abs=1e-6)
-    for place, shot in zip(batch.final_position, shots, strict=True):
+    for place, shot in zip(batch.final_position[:, 0], shots, strict=True):
         assert place == pytest.approx(shot.trajectory.final_position, abs=1e-7)
 
 

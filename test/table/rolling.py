@@ -4,7 +4,7 @@ from billiard_shot.status import Status
 from billiard_shot.table.initial_states import ball_starts
 from billiard_shot.table.model import ENDLESS
 from billiard_shot.table.params import BallClothParams
-from billiard_shot.table.simulate import run_with_events, TableTask
+from billiard_shot.table.task import run_with_events, TableTask
 from billiard_shot.table.trajectory import Trajectory
 
 POOL = BallClothParams(

@@ -196,8 +196,8 @@ def test_a_table_ends_where_a_cluster_is_not_solved(monkeypatch, status):
     """With the status of the collision, in its row only. Interpreted code can be changed."""
     solve = event_loop.solve
 
-    def unsolved(table, progress, room, solver):
-        solve(table, progress, room, solver)
+    def unsolved(table, impact, room, solver):
+        solve(table, impact, room, solver)
         room.results.outcomes[0].status = status
 
     monkeypatch.setattr(Entry, 'machine_code', {})

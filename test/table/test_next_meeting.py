@@ -32,7 +32,7 @@ def simulation():
         room.rules,
         room.cue[0],
     )
-    s.progress.cue_time = math.inf
+    s.cue.meeting_time = math.inf
     for ball in s.balls:
         start_ball(ball, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
         ball.end = math.inf

@@ -11,7 +11,8 @@ from billiard_shot.records import OBJECTS, ROWS
 from billiard_shot.table.effects import params_on_table
 from billiard_shot.table.geometry import lay_out
 from billiard_shot.table.initial_states import ball_starts
-from billiard_shot.table.simulate import run_many, run_one, TableTask
+from billiard_shot.table.simulate import run_many, run_one
+from billiard_shot.table.task import TableTask
 
 pytestmark = pytest.mark.skipif(not machine_code.available(), reason='needs machine code')
 

@@ -15,7 +15,8 @@ from billiard_shot.compiled import Entry
 from billiard_shot.scene import Scene
 from billiard_shot.status import Status
 from billiard_shot.table.motion import Cause, Motion
-from billiard_shot.table.simulate import in_threads, simulate, simulate_batch
+from billiard_shot.table.simulate import simulate, simulate_batch
+from billiard_shot.table.threads import in_threads
 from billiard_shot.table.trajectory import (
     BallState,
     EventKind,
@@ -305,7 +306,7 @@ def test_batches_keep_their_threads():
 def test_a_forked_process_has_threads_of_its_own():
     code = (
         'import os\n'
-        'from billiard_shot.table.simulate import in_threads\n'
+        'from billiard_shot.table.threads import in_threads\n'
         'def total(): return sum(in_threads(lambda part: len(range(100)[part]), 100, 2))\n'
         'assert total() == 100\n'
         'child = os.fork()\n'

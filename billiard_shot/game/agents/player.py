@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from billiard_shot.game.agent import scene_of
 from billiard_shot.game.breaks import best_break
 from billiard_shot.game.call import Call, Decision
-from billiard_shot.game.game import find_game
 from billiard_shot.game.ideas import indirect_pots, pots, safeties, variations
 from billiard_shot.game.placing import call_of, direct_shots, placed, places_to_try
 from billiard_shot.game.rating import Idea, Position, position_of, rate, Rated
@@ -89,7 +88,7 @@ class Player:
     def place(self, state: State) -> tuple[float, float]:
         """Place the cue ball for the stroke that it then plays."""
         if state.phase == 'break':
-            return best_break(self._scene, state.game)[0]
+            return best_break(self._scene, state.game.name)[0]
         start = perf_counter()
         best = self._in_time(state, start)
         if not best:
@@ -105,7 +104,7 @@ class Player:
         if state.choices:
             return Decision(choice=self._choice(state))
         if state.phase == 'break':
-            return Decision(best_break(self._scene, state.game)[1], reason='break')
+            return Decision(best_break(self._scene, state.game.name)[1], reason='break')
         best, taken = planned[1:] if planned and planned[0] == state else ([], 0.0)
         if not best or (best[0].success < POOR and 2.0 * taken < self._limit(state)):
             best = self._in_time(state, perf_counter() - taken)
@@ -170,7 +169,7 @@ class Player:
             return
         position = position_of(self._scene, state)
         kinds = [indirect_pots]
-        if self._safe and find_game(state.game).players > 1:
+        if self._safe and state.game.players > 1:
             kinds.append(safeties)
         # Only the best idea of each kind was tried with new errors: the others may be overrated.
         chosen, others = best[:1], best[1:]
@@ -248,7 +247,7 @@ def _as_it_is(position: Position, direct: DirectShots, number: int) -> Rated:
     chance = direct.chance[number]
     state = position.state
     left = _shots_left(position.scene, state)
-    won = float(at_table(np.array([chance]), find_game(state.game), left)[0])
+    won = float(at_table(np.array([chance]), state.game, left)[0])
     idea = Idea(position, direct.offsets[number], call_of(direct, number), won)
     return Rated(idea, won, float(chance))
 

@@ -56,7 +56,7 @@ def rule(state: State, call: Call, outcome: Outcome) -> Ruling:
         winner = state.player if won else state.other
         text = 'the 8 falls as called' if won else in_words(fouls, _why_lost(state, outcome, call))
         after = after_shot(state, fouls, keeps=won, over=True, winner=winner)
-        return Ruling(after, fouls, f'{text}: player {winner} wins')
+        return Ruling(after, fouls, text)
     groups = state.groups
     if made and not groups[state.player] and not call.safety:
         mine = 'solids' if call.ball in SOLIDS else 'stripes'

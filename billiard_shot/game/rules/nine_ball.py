@@ -38,10 +38,10 @@ def rule(state: State, call: Call, outcome: Outcome) -> Ruling:
     if fouls and state.fouls[state.player] + 1 >= FOULS_THAT_LOSE:
         fouls += (Foul('6.14', f'{FOULS_THAT_LOSE} consecutive fouls'),)
         after = after_shot(state, fouls, keeps=False, over=True, winner=state.other)
-        return Ruling(after, fouls, f'{in_words(fouls, "")}: player {state.other} wins')
+        return Ruling(after, fouls, in_words(fouls, ''))
     if '9' in outcome.fallen and not fouls and not pushes:
         after = after_shot(state, fouls, keeps=True, over=True, winner=state.player)
-        return Ruling(after, fouls, f'the 9 falls: player {state.player} wins')
+        return Ruling(after, fouls, 'the 9 falls')
     spot = ('9',) if '9' in outcome.gone else ()
     if pushes and not fouls:
         after = after_shot(state, fouls, keeps=False, choices=('accept', 'pass'))

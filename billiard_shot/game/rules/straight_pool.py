@@ -10,8 +10,9 @@ import random
 
 from billiard_shot.game.call import Call
 from billiard_shot.game.fouls import after_shot, in_words, standard_fouls, WPA
-from billiard_shot.game.game import Game, rack_state
+from billiard_shot.game.game import Game
 from billiard_shot.game.outcome import Outcome
+from billiard_shot.game.racking import rack_state
 from billiard_shot.game.ruling import Foul, Ruling
 from billiard_shot.game.spots import foot_spot, head_spot, is_free
 from billiard_shot.game.state import State
@@ -54,10 +55,9 @@ def rule(state: State, call: Call, outcome: Outcome) -> Ruling:
     text = f'ball {call.ball} falls as called, {scores[state.player]} points'
     if scores[state.player] >= state.target:
         after = replace(after, over=True, winner=state.player)
-        return Ruling(after, (), f'{text}: player {state.player} wins')
-    if len(set(state.object_balls) - outcome.gone) > 1:
-        return Ruling(after, (), text)
-    return Ruling(after, (), text, arrange=_rack_again)
+    elif len(set(state.object_balls) - outcome.gone) <= 1:
+        return Ruling(after, (), text, arrange=_rack_again)
+    return Ruling(after, (), text)
 
 
 def _breaking_foul(state: State, outcome: Outcome, fouls: tuple[Foul, ...]) -> Ruling:

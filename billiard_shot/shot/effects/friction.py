@@ -25,7 +25,7 @@ def _seen(friction: float, impulse: NDArray[np.float64], body: str) -> GateDecis
 
 
 class _Friction(EffectGate[ShotContext]):
-    """Without, the body only pushes along the normal."""
+    """If off, the body only pushes along the normal."""
 
     contact: ClassVar[int]
     overrides: ClassVar = {OFF: {}}  # one number of an array, see `force`
@@ -40,7 +40,7 @@ class _Friction(EffectGate[ShotContext]):
 
 
 class TipFriction(_Friction):
-    """Without, the tip only pushes along the normal: no English, no squirt, no massé."""
+    """If off, the tip only pushes along the normal: no English, no squirt, no massé."""
 
     name = 'tip_friction'
     condition = 'the tip has friction, and would slip'
@@ -54,7 +54,7 @@ class TipFriction(_Friction):
 
 
 class TableFriction(_Friction):
-    """Without, the cloth only pushes upwards while the tip is on the ball."""
+    """If off, the cloth only pushes upwards while the tip is on the ball."""
 
     name = 'table_friction'
     condition = 'the strike presses the ball onto the cloth, and it would slip'

@@ -10,7 +10,7 @@ from billiard_shot.table.words import moment_in_words
 
 
 class TableContact(EffectGate[ShotContext]):
-    """Without, the ball is struck as if nothing were below it, and then put onto the cloth."""
+    """If off, the ball is struck as if nothing were below it, and then put onto the cloth."""
 
     name = 'table_contact'
     condition = 'the strike presses the ball onto the cloth'
@@ -25,7 +25,7 @@ class TableContact(EffectGate[ShotContext]):
 
 
 class EndMass(EffectGate[ShotContext]):
-    """Without, the tip cannot give way sideways, and throws the ball off line: a guided cue."""
+    """If off, the tip cannot give way sideways, and throws the ball off line: a guided cue."""
 
     name = 'end_mass'
     condition = 'the cue is not guided'
@@ -42,7 +42,7 @@ class EndMass(EffectGate[ShotContext]):
 
 
 class TipCurvature(EffectGate[ShotContext]):
-    """Without, a rounded tip meets the ball where the axis of the cue does."""
+    """If off, a rounded tip meets the ball where the axis of the cue does."""
 
     name = 'tip_curvature'
     condition = 'the tip is rounded, and the stroke gives the axis of the cue'
@@ -64,7 +64,7 @@ class TipCurvature(EffectGate[ShotContext]):
 
 
 class DoubleHit(EffectGate[ShotContext]):
-    """Without, the cue is gone after the strike, which keeps the normals of the first touch."""
+    """If off, the cue is gone after the strike, which keeps the normals of the first touch."""
 
     name = 'double_hit'
     condition = 'the cue, following through, hits the ball again'

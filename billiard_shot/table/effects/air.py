@@ -9,7 +9,7 @@ from billiard_shot.table.trajectory import EventKind, Trajectory
 
 
 class Flight(EffectGate[EffectContext]):
-    """Without, the ball is put back on the cloth with its horizontal motion kept."""
+    """If off, the ball is put back on the cloth with its horizontal motion kept."""
 
     name = 'flight'
     condition = 'a ball leaves the cloth, by more than the tolerance'
@@ -35,7 +35,7 @@ class Flight(EffectGate[EffectContext]):
 
 
 class Bounce(EffectGate[EffectContext]):
-    """Without, a ball stays down where it first lands."""
+    """If off, a ball stays down where it first lands."""
 
     name = 'bounce'
     condition = 'a ball that has flown leaves the cloth again, by more than the tolerance'

@@ -11,7 +11,7 @@ from billiard_shot.table.motion import Motion
 
 
 class Slide(EffectGate[EffectContext]):
-    """Without, a ball rolls at once, as it would at the end of its slide."""
+    """If off, a ball rolls at once, as it would at the end of its slide."""
 
     name = 'slide'
     condition = 'a ball slips on the cloth'
@@ -23,7 +23,7 @@ class Slide(EffectGate[EffectContext]):
 
 
 class Roll(EffectGate[EffectContext]):
-    """Without, a rolling ball meets no resistance, and never rests."""
+    """If off, a rolling ball meets no resistance, and never rests."""
 
     name = 'roll'
     condition = 'a ball comes to roll'
@@ -35,7 +35,7 @@ class Roll(EffectGate[EffectContext]):
 
 
 class SpinDecay(EffectGate[EffectContext]):
-    """Without, spin about the vertical stays, and a ball that has any never rests."""
+    """If off, spin about the vertical stays, and a ball that has any never rests."""
 
     name = 'spin_decay'
     condition = 'a ball spins about the vertical'

@@ -17,7 +17,7 @@ TOGETHER = 'the ball reaches what is near during the strike'
 
 
 class CushionEffect(EffectGate[EffectContext]):
-    """Without, the cloth is unbounded, and there are no pockets."""
+    """If off, the cloth is unbounded, and there are no pockets."""
 
     name = 'cushion'
     condition = 'the path of a ball reaches a cushion'
@@ -43,7 +43,7 @@ class CushionEffect(EffectGate[EffectContext]):
 
 
 class PocketEffect(EffectGate[EffectContext]):
-    """Without, the cushions go on where the pockets would be."""
+    """If off, the cushions go on where the pockets would be."""
 
     name = 'pocket'
     condition = 'the path of a ball reaches a pocket'
@@ -67,7 +67,7 @@ class PocketEffect(EffectGate[EffectContext]):
 
 
 class BallBallEffect(EffectGate[EffectContext]):
-    """Without, balls go through each other."""
+    """If off, balls go through each other."""
 
     name = 'ball_ball'
     condition = 'the path of a ball reaches another one'
@@ -83,7 +83,7 @@ class BallBallEffect(EffectGate[EffectContext]):
 
 
 class Throw(EffectGate[EffectContext]):
-    """Without, balls that meet are smooth: no throw, no spin from one to the other."""
+    """If off, balls that meet are smooth: no throw, no spin from one to the other."""
 
     name = 'throw'
     condition = 'balls meet with slip, and have friction'
@@ -107,7 +107,7 @@ class Throw(EffectGate[EffectContext]):
 
 
 class Cluster(EffectGate[EffectContext]):
-    """Without, bodies in touch meet two by two, one pair after the other."""
+    """If off, bodies in touch meet two by two, one pair after the other."""
 
     name = 'cluster'
     condition = 'a ball meets another one that is within reach of others'

@@ -1,0 +1,89 @@
+"""Strikes of many strokes by polynomials, which were fitted to solved strikes."""
+
+from math import cos, sin
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from billiard_shot.compiled import inner
+from billiard_shot.records import Array, Floats, Storage
+
+MOTION = 7  # numbers of a motion: velocity [m/s] and spin [rad/s]; speed of the cue [m/s]
+DEGREE = 3  # of the polynomials
+TERMS = (DEGREE + 1) * (DEGREE + 2) * (DEGREE + 3) // 6
+
+
+class Mapped(NamedTuple):
+    """
+    Strikes of n strokes by polynomials of k cells, see planning/strike_map.py.
+
+    Attributes
+    ----------
+    strokes : (n, 5) float array
+        a, b, elevation, azimuth, speed, see `vectors_of`.
+    number : (n,) int array
+        The cell of each stroke; SOLVED if its strike is to be solved.
+    middles, half_sizes : (k, 3) float arrays
+        Of the cells: a and b (ball radii), elevation (rad).
+    coefficients : (k, TERMS, MOTION) float array
+        Of the polynomials: the strikes at 1 m/s along +x.
+
+    """
+
+    strokes: Array
+    number: NDArray[np.int64]
+    middles: Array
+    half_sizes: Array
+    coefficients: Array
+
+    def part(self, part: slice) -> 'Mapped':
+        """Return some of the strokes."""
+        return self._replace(strokes=self.strokes[part], number=self.number[part])
+
+    def stored(self, storage: Storage) -> 'Mapped':
+        """Return them as compiled functions take them."""
+        return Mapped(*map(storage.array, self))
+
+
+SOLVED = -1
+MIRROR = 1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0  # of a motion, if a changes sign
+
+
+def all_solved(count: int) -> Mapped:
+    """Return strikes (count,) that are all to be solved."""
+    none = np.zeros((0, 3))
+    no_cells = none, none, np.zeros((0, TERMS, MOTION))
+    return Mapped(np.zeros((count, 5)), np.full(count, SOLVED), *no_cells)
+
+
+@inner
+def write_motion(stroke: Floats, mapped: Mapped, cell: int, motion: Floats) -> None:
+    """Write the motion of ball and cue after a stroke, by the polynomial of its cell."""
+    middle, half, coefficients = (
+        mapped.middles[cell],
+        mapped.half_sizes[cell],
+        mapped.coefficients[cell],
+    )
+    x = (abs(stroke[0]) - middle[0]) / half[0]
+    y, z = (stroke[1] - middle[1]) / half[1], (stroke[2] - middle[2]) / half[2]
+    for m in range(MOTION):
+        motion[m] = 0.0
+    term, in_x = 0, 1.0
+    for i in range(DEGREE + 1):
+        in_y = in_x
+        for j in range(DEGREE + 1 - i):
+            in_z = in_y
+            for _ in range(DEGREE + 1 - i - j):
+                for m in range(MOTION):
+                    motion[m] += in_z * coefficients[term][m]
+                term += 1
+                in_z *= z
+            in_y *= y
+        in_x *= x
+    for m in range(MOTION):
+        motion[m] *= stroke[4] * (MIRROR[m] if stroke[0] < 0.0 else 1.0)
+    sin_t, cos_t = sin(stroke[3]), cos(stroke[3])
+    for m in (0, 3):
+        along, across = motion[m], motion[m + 1]
+        motion[m], motion[m + 1] = cos_t * along - sin_t * across, sin_t * along + cos_t * across

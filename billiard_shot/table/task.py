@@ -1,0 +1,273 @@
+"""Tables as compiled code simulates them in one thread, and what it records of them."""
+
+import math
+import threading
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from billiard_shot.impact.kernel import solve_collisions
+from billiard_shot.impact.state import PhaseLog
+from billiard_shot.records import as_rows, ROWS, Storage
+from billiard_shot.table.cluster import room_for
+from billiard_shot.table.cue import CueParams, CueRecord, NO_CUE
+from billiard_shot.table.event_loop import (
+    BallOutcome,
+    Beginnings,
+    simulate_tables,
+    TableOutcome,
+    Window,
+)
+from billiard_shot.table.gather import ImpactRoom
+from billiard_shot.table.geometry import lay_out
+from billiard_shot.table.initial_states import BallStart
+from billiard_shot.table.motion import SegmentRecord
+from billiard_shot.table.params import BallClothParams, TableParams
+from billiard_shot.table.run import EventLog
+from billiard_shot.table.simulation_state import (
+    BallRule,
+    EventRecord,
+    room_for_simulation,
+    RunProgress,
+    SimulationRoom,
+)
+
+# Hops after impacts with balls and cushions that move a ball by less [m] are left out. Friction
+# between balls makes one at nearly every impact, a third of a millimetre high at most.
+DEFAULT_TOLERANCE = 2e-3
+DEFAULT_MAX_EVENTS = 20_000  # of a table
+# Room at first, for each of all balls and two: segments and events of a run, and segments of a
+# table of a batch. Most have fewer.
+_CAPACITY, _CAPACITY_IN_BATCH = 32, 8
+_PHASE_CAPACITY = 64  # room at first for phases of a strike, times its contacts
+
+
+class TableTask(NamedTuple):
+    """
+    Tables to be simulated.
+
+    Attributes
+    ----------
+    params, table : BallClothParams, TableParams
+    starts : (tables, balls) array of BallStart
+    tolerance, hop_tolerance : float
+        See `TableNumbers` [m].
+    max_events : int
+        A run that takes more ends with BUDGET_EXCEEDED.
+    cue : CueParams
+        Of the cues.
+    cues : (tables,) array of CueRecord, optional
+        Without them, there are no cues.
+    rules : (balls,) array of BallRule, optional
+        With these, each run ends as soon as it is decided.
+    fast_rebounds : bool
+        Rebounds of lying balls are interpolated (rebound_table.py): a fiftieth of the cost, and an
+        error of 0.5 % of the ball's speed in 95 % of rebounds. Interpreted code solves all.
+    until : float
+        Time at which runs end if balls still move [s]. 0: only strikes are simulated.
+    times : tuple of float
+        Times at which the places of the balls are noted [s], ascending.
+
+    """
+
+    params: BallClothParams
+    table: TableParams
+    starts: NDArray[np.void]
+    tolerance: float
+    hop_tolerance: float = DEFAULT_TOLERANCE
+    max_events: int = DEFAULT_MAX_EVENTS
+    cue: CueParams = NO_CUE
+    cues: NDArray[np.void] | None = None
+    rules: NDArray[np.void] | None = None
+    fast_rebounds: bool = False
+    until: float = math.inf
+    times: tuple[float, ...] = ()
+
+    def part(self, part: slice) -> 'TableTask':
+        """Return some of the tables."""
+        return self._replace(
+            starts=self.starts[part],
+            cues=None if self.cues is None else self.cues[part],
+        )
+
+
+class BatchRecording(NamedTuple):
+    """
+    Simulated tables.
+
+    Attributes
+    ----------
+    balls : (tables, balls) array of BallOutcome
+    tables : (tables,) array of TableOutcome
+    segments : (segments,) array of SegmentRecord
+        Of all tables, one after the other, as far as there was room.
+    events : EventLog
+        Of the last table, as far as there was room.
+    places : (tables, balls, times, 3) float array
+        At the times of the task [m].
+    cues : (tables,) array of CueRecord, or none
+        After their strikes.
+    log : (phases, N) array of PhaseLog
+        The strike on the last table with its N contacts, as far as there was room.
+    losses : (N, 2) float array
+        At these contacts, to restitution and to friction [J].
+    status : (tables,) int array
+        Status: of the table or, if a stroke is played on it, of both (shot/play.py).
+    error, discontinuity : (tables,) float arrays
+        Of a stroke that is played accurately: estimate of the error of the trajectory, and how far
+        its end jumps [m]; else 0.
+
+    """
+
+    balls: NDArray[np.void]
+    tables: NDArray[np.void]
+    segments: NDArray[np.void]
+    events: EventLog
+    places: NDArray[np.float64]
+    cues: NDArray[np.void]
+    log: NDArray[np.void]
+    losses: NDArray[np.float64]
+    status: NDArray[np.int64]
+    error: NDArray[np.float64]
+    discontinuity: NDArray[np.float64]
+
+
+# Of a `BatchRecording`: those that have a row for each table.
+COLUMNS = 'balls', 'tables', 'places', 'cues', 'status', 'error', 'discontinuity'
+
+
+def run_with_events(task: TableTask) -> BatchRecording:
+    """Simulate one table in this thread, recording all that happens; see `run_tables`."""
+    segments = events = _CAPACITY * (2 + task.starts.shape[1])
+    phases = _PHASE_CAPACITY
+    while True:
+        played = run_tables(task, segments, events, phases)
+        needed, happened = int(played.tables['segments'][-1]), int(played.tables['events'][-1])
+        logged = int(played.cues['phases'][-1]) * len(played.losses) if len(played.cues) else 0
+        if needed <= segments and happened <= events and logged <= phases:
+            return played
+        segments, events, phases = needed, happened, logged
+
+
+def run_recorded(task: TableTask) -> BatchRecording:
+    """Simulate tables in this thread, recording all motion."""
+    tables, balls = task.starts.shape
+    capacity = _CAPACITY_IN_BATCH * tables * (2 + balls)
+    while True:
+        played = run_tables(task, capacity)
+        needed = int(played.tables['segments'][-1]) if tables else 0
+        if needed <= capacity:
+            return played
+        capacity = needed
+
+
+class _Thread(threading.local):
+    """Rooms of this thread: to make them anew takes longer than a table of one ball."""
+
+    def __init__(self) -> None:
+        self.kept: dict[tuple[Storage, int, bool], tuple[SimulationRoom, ImpactRoom]] = {}
+
+    def rooms(
+        self, storage: Storage, balls: int, with_cue: bool
+    ) -> tuple[SimulationRoom, ImpactRoom]:
+        """Take rooms for a number of balls; their contents are those of the last table."""
+        kept = self.kept.pop((storage, balls, with_cue), None)
+        if kept is not None:
+            return kept
+        return room_for_simulation(storage, balls), room_for(storage, balls, with_cue)
+
+
+_thread = _Thread()
+NO_CUES, NO_RULES = ROWS.records(CueRecord, 0), ROWS.records(BallRule, 0)
+NO_LOG, NO_LOSSES = ROWS.records(PhaseLog, 0).reshape(0, 2), np.zeros((2, 2))
+
+
+def run_tables(
+    task: TableTask, segments: int = 0, events: int = 0, phases: int = 0
+) -> BatchRecording:
+    """
+    Simulate tables in this thread.
+
+    Motion is recorded as far as there is room for segments of all tables, and for events of the
+    last one, and for phases of its strike, times contacts.
+    """
+    run = simulate_tables.current()
+    storage = run.storage
+    tables, count = task.starts.shape
+    cues = task.cues
+    layout = lay_out(
+        storage,
+        task.params,
+        task.table,
+        task.tolerance,
+        task.hop_tolerance,
+        task.fast_rebounds,
+        cue=task.cue,
+    )
+    with_cue = cues is not None
+    simulation, room = kept = _thread.rooms(storage, count, with_cue)
+    simulation = simulation._replace(
+        segments=storage.unset(SegmentRecord, segments),
+        events=storage.unset(EventRecord, events),
+        rules=storage.from_rows(BallRule, NO_RULES if task.rules is None else task.rules),
+    )
+    if events:
+        most = np.zeros((segments, 2), np.int64)  # each participant begins a segment
+        room = room._replace(participants=storage.array(most))
+    if phases:
+        log = storage.unset(PhaseLog, phases)
+        room = room._replace(results=room.results._replace(log=log))
+    changed = NO_CUES if cues is None else cues.copy()  # a strike writes into its cue
+    beginnings = Beginnings(
+        storage.from_rows(BallStart, task.starts.reshape(-1)),
+        storage.from_rows(CueRecord, changed),
+    )
+    balls = storage.records(BallOutcome, tables * count)
+    ends = storage.records(TableOutcome, tables)
+    places = storage.zeros(tables, count, len(task.times), 3)
+    window = Window(task.until, storage.array(np.array(task.times, float)), places)
+    solver = solve_collisions.as_argument(storage)
+    run(layout, simulation, beginnings, task.max_events, room, balls, ends, solver, window)
+    progress = as_rows(RunProgress, simulation.progress)[0]  # by names: attributes take 2 us each
+    logged, taken = int(progress['events']), int(progress['participants'])
+    cues = as_rows(CueRecord, beginnings.cues)
+    log, losses = strike_details(cues, room) if phases and len(cues) else (NO_LOG, NO_LOSSES)
+    _thread.kept[storage, count, with_cue] = kept  # not after an exception
+    outcomes = as_rows(TableOutcome, ends)
+    return BatchRecording(
+        as_rows(BallOutcome, balls).reshape(tables, count),
+        outcomes,
+        as_rows(SegmentRecord, simulation.segments[: int(progress['segments'])]),
+        EventLog(
+            as_rows(EventRecord, simulation.events[:logged]),
+            np.array(room.participants[:taken], np.int64).reshape(-1, 2),
+        ),
+        np.asarray(places).reshape(tables, count, len(task.times), 3),
+        cues,
+        log,
+        losses,
+        outcomes['status'],
+        error=np.zeros(tables),
+        discontinuity=np.zeros(tables),
+    )
+
+
+def strike_details(
+    cues: NDArray[np.void], room: ImpactRoom
+) -> tuple[NDArray[np.void], NDArray[np.float64]]:
+    """Return the log and the losses of the last strike, see `BatchRecording`."""
+    phases, count = int(cues['phases'][-1]), int(cues['contacts'][-1])
+    contacts = max(count, 2)  # of tip and cloth, also if the stroke was refused
+    log, losses = as_rows(PhaseLog, room.results.log), np.zeros((contacts, 2))
+    losses[:count] = np.reshape(room.losses[:count], (count, 2))
+    logged = min(phases, len(log) // contacts) * contacts
+    return log[:logged].reshape(-1, contacts), losses
+
+
+def joined(parts: list[BatchRecording]) -> BatchRecording:
+    """Put tables one after the other that were simulated in parts, without their motion."""
+    columns: dict[str, Any] = {
+        name: np.concatenate([getattr(part, name) for part in parts]) for name in COLUMNS
+    }
+    return parts[0]._replace(**columns)
