@@ -77,7 +77,10 @@ def next_stage(
         name, below, make = _kind(len(stages))
         if best >= below:
             break
-        made = _thinned(make(problem, runner), min(_capacity(runner, share), runner.left))
+        made = make(problem, runner)
+        most = min(CANDIDATES, max(1, round(share * runner.budget)), runner.left)
+        evenly = np.linspace(0, len(made.route) - 1, min(len(made.route), most))
+        made = made.take(evenly.astype(np.int64))
         outcomes = runner.evaluate(made.strokes)
         count = len(outcomes.penalty)  # fewer than there are candidates, if the time is up
         stages.append(Stage(name, made.take(np.arange(count)), outcomes))
@@ -99,18 +102,6 @@ def _kind(number: int) -> Kind:
     if number < len(KINDS):
         return KINDS[number]
     return Kind('random strokes', RANDOM_BELOW, partial(_random, number - len(KINDS)))
-
-
-def _capacity(runner: Runner, share: float) -> int:
-    """Return how many candidates a stage may have."""
-    return min(CANDIDATES, max(1, round(share * runner.budget)))
-
-
-def _thinned(candidates: Candidates, capacity: int) -> Candidates:
-    """Select at most `capacity` candidates, evenly."""
-    if len(candidates.route) <= capacity:
-        return candidates
-    return candidates.take(np.linspace(0, len(candidates.route) - 1, capacity).astype(np.int64))
 
 
 def _along(problem: Problem, points: Iterable[Waypoint]) -> Candidates:
@@ -157,10 +148,9 @@ def _curved(problem: Problem, runner: Runner) -> Candidates:
     return spread_azimuth(concatenate(curves))
 
 
-def _random(before: int, problem: Problem, runner: Runner) -> Candidates:
+def _random(before: int, problem: Problem, _: Runner) -> Candidates:
     """Make random candidates, after others were made `before` times."""
-    capacity = _capacity(runner, CANDIDATE_SHARE)
-    return random_candidates(problem, capacity, before * capacity)
+    return random_candidates(problem, CANDIDATES, before * CANDIDATES)
 
 
 KINDS = (

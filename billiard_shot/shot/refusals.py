@@ -123,27 +123,9 @@ def first_clear(
     position: NDArray[np.float64] | None = None,
 ) -> NDArray[np.float64]:
     """
-    Find the lowest elevations at which the cue has clearance, also if it is lower by margins.
+    Find elevations (n,) at which the cues of strokes (n, 5) have clearance, with margins [rad].
 
-    Parameters
-    ----------
-    scene : Scene
-    strokes : (n, 5) float array
-        See `vectors_of`; their elevations do not count.
-    first : (n,) float array
-        The first elevations that are tried [rad].
-    highest : float
-        The largest of the elevations that are tried [rad].
-    margins : Margins
-    position : (3,) float array, optional
-        As of `refusals_in`.
-
-    Returns
-    -------
-    (n,) float array
-        [rad]; NaN where no elevation gives clearance. Strokes that are refused for another reason
-        have clearance.
-
+    They are the lowest ones from `first` (n,) to `highest`, or NaN; see `clear_elevation`.
     """
     run = write_clear_elevations.current()
     storage = run.storage
