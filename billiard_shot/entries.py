@@ -6,7 +6,7 @@ This is the only file that names them: `machine_code` compiles what stands here.
 
 # A process compiles a group: it takes a second to begin, and compiles a function once that several
 # entries of the group call. The groups take about the same time.
-GROUPS = (
+ENTRY_GROUPS = (
     ('billiard_shot.impact.kernel:solve_collisions',),
     (
         'billiard_shot.table.event_loop:simulate_tables',
@@ -17,6 +17,6 @@ GROUPS = (
         'billiard_shot.shot.clear_elevation:write_clear_elevations',
     ),
 )
-ENTRIES = tuple(name for group in GROUPS for name in group)
+ENTRIES = tuple(name for group in ENTRY_GROUPS for name in group)
 # Layers import from earlier ones. `impact` does not import from `scene`.
 LAYERS = ('numerics', 'impact', 'scene', 'table', 'shot', 'planning')

@@ -36,7 +36,7 @@ from typing import Any
 import warnings
 
 from billiard_shot.compiled import compile_entry, Entry, Interpreted
-from billiard_shot.entries import ENTRIES, GROUPS, LAYERS
+from billiard_shot.entries import ENTRIES, ENTRY_GROUPS, LAYERS
 
 try:
     from fcntl import LOCK_EX, LOCK_SH, LOCK_UN, lockf
@@ -161,7 +161,7 @@ class _Worker(Thread):
 
     def run(self) -> None:
         """Compile and load all entries; if anything fails, warn, and keep interpreting."""
-        missing = (tuple(n for n in group if not _is_compiled(n)) for group in GROUPS)
+        missing = (tuple(n for n in group if not _is_compiled(n)) for group in ENTRY_GROUPS)
         waiting = [names for names in missing if names]
         failed = why = ''
         while (waiting and not failed) or self.running:

@@ -24,9 +24,9 @@ FRAMES = ('bridge', 'trolley', 'base_link', 'turntable', 'incline', 'cue')
 """Frames that the joints of `JOINTS` move, in their order."""
 
 X_AXIS, Y_AXIS, Z_AXIS = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
-AXES = (X_AXIS, Y_AXIS, Z_AXIS, Z_AXIS, Y_AXIS, X_AXIS)
+JOINT_AXES = (X_AXIS, Y_AXIS, Z_AXIS, Z_AXIS, Y_AXIS, X_AXIS)
 REVOLUTE, PRISMATIC, FIXED = 'revolute', 'prismatic', 'fixed'
-KINDS = (PRISMATIC, PRISMATIC, PRISMATIC, REVOLUTE, REVOLUTE, PRISMATIC)
+JOINT_KINDS = (PRISMATIC, PRISMATIC, PRISMATIC, REVOLUTE, REVOLUTE, PRISMATIC)
 
 ACTUATOR_MASS = 0.01
 """Mass of the part that the actuator moves in the model [kg]; simulators refuse a mass of 0."""
@@ -90,10 +90,10 @@ def joints_of(
     for i, (name, axis) in enumerate(zip(names, mechanism.axes, strict=True)):
         joint = Joint(
             name,
-            KINDS[i],
+            JOINT_KINDS[i],
             frames[i],
             frames[i + 1],
-            AXES[i],
+            JOINT_AXES[i],
             axis.min,
             axis.max,
             axis.speed,
@@ -191,7 +191,7 @@ def _effort(mechanism: Mechanism, number: int, acceleration: float) -> float:
         return mechanism.max_force
     mass = sum(getattr(mechanism.parts, each).mass for each in JOINTS[number:])
     gravity = STANDARD_GRAVITY if name in ('base_z', 'incline') else 0.0
-    if KINDS[number] == PRISMATIC:
+    if JOINT_KINDS[number] == PRISMATIC:
         return float(mass * (acceleration + gravity))
     far = math.hypot(mechanism.reach + mechanism.stroke.max, mechanism.axis_drop)
     return float(mass * far * (far * acceleration + gravity))

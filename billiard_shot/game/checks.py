@@ -6,7 +6,7 @@ from typing import Any
 from billiard_shot.game.call import Call, Decision
 from billiard_shot.game.outcome import Outcome
 from billiard_shot.game.state import State
-from billiard_shot.scene.errors import InputError, Mistake, must_be, nearest, refused
+from billiard_shot.scene.errors import InputError, Mistake, must_be, refused, suggestion
 from billiard_shot.table.run import POCKET_NAMES
 
 
@@ -15,7 +15,7 @@ def check_names(*checks: tuple[str, Collection[Any], Collection[Any]]) -> None:
     mistakes = [
         Mistake(
             (field,),
-            must_be(f'one of {", ".join(map(repr, allowed))}', name) + nearest(allowed, name),
+            must_be(f'one of {", ".join(map(repr, allowed))}', name) + suggestion(allowed, name),
         )
         for field, names, allowed in checks
         for name in names

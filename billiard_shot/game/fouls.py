@@ -11,7 +11,7 @@ from typing import Any
 
 from billiard_shot.game.outcome import Outcome
 from billiard_shot.game.ruling import Foul
-from billiard_shot.game.state import State
+from billiard_shot.game.state import added, State
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.table.words import ball_in_words
 
@@ -78,11 +78,10 @@ def after_shot(state: State, fouls: tuple[Foul, ...], *, keeps: bool, **changes:
         Other fields of the new state.
 
     """
-    counts = list(state.fouls)
-    counts[state.player] = counts[state.player] + 1 if fouls else 0
+    change = 1 if fouls else -state.fouls[state.player]
     new = {
         'player': state.player if keeps and not fouls else state.other,
-        'fouls': tuple(counts),
+        'fouls': added(state.fouls, state.player, change),
         'shots': state.shots + 1,
         'phase': 'play',
         'in_hand': '',

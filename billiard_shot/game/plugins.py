@@ -4,7 +4,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from billiard_shot.scene.errors import InputError, Mistake, nearest, refused
+from billiard_shot.scene.errors import InputError, Mistake, refused, suggestion
 
 
 def names_in(folder: str) -> list[str]:
@@ -35,7 +35,7 @@ def find_plugin(name: str, folder: str, attribute: str, what: str) -> Any:
         name = f'billiard_shot.game.{folder}.{name}'
     elif '.' not in name or not all(map(str.isidentifier, name.split('.'))):
         allowed = f'one of {", ".join(names)}, or a module such as package.module'
-        raise refused(name, allowed, what, hint=nearest(names, name))
+        raise refused(name, allowed, what, hint=suggestion(names, name))
     try:
         return getattr(import_module(name), attribute)
     except (ImportError, AttributeError) as error:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import json
 import math
 from pathlib import Path
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, Self, TypeVar
 
 from billiard_shot.game.game import find_game, Game
 from billiard_shot.scene.checks import check, read, write
@@ -24,6 +24,8 @@ from billiard_shot.scene.errors import (
 from billiard_shot.scene.fields import boolean, choice, number, places, TAKES, whole_number
 from billiard_shot.scene.placement import CUE_BALL, head_string, no_place, overlaps
 from billiard_shot.scene.values import as_float, whole
+
+T = TypeVar('T', int, float)
 
 PHASES = ('break', 'second', 'play')
 IN_HAND = ('', 'kitchen', 'anywhere')
@@ -97,6 +99,12 @@ def _of_its_game(state: Any) -> Iterator[Mistake]:
     else:
         for _, ball, why in overlaps(state.balls, state.radius):
             yield Mistake(('balls', ball), must_be(why, state.balls[ball], 'm'))
+
+
+def added(pair: tuple[T, T], player: int, amount: T) -> tuple[T, T]:
+    """Add an amount to the number of one player."""
+    one, two = pair
+    return (one + amount, two) if player == 0 else (one, two + amount)
 
 
 @dataclass(frozen=True, slots=True)

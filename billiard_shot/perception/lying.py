@@ -36,16 +36,16 @@ def positions_of(balls: Balls, scene: Scene) -> dict[str, Place]:
         distance, deviation = distance_between(balls[one], balls[other])
         if diameter - distance <= SURE_SIGMAS * deviation:
             pairs.append((one, other))
-    room = _room(scene)
+    bed = _bed(scene)
     for _ in range(MAX_MOVE_ROUNDS):
         moved = [_push(places, *pair, diameter) for pair in pairs]
-        moved += [_pull(places, name, ball, scene, room) for name, ball in balls.items()]
+        moved += [_pull(places, name, ball, scene, bed) for name, ball in balls.items()]
         if not any(moved):
             break
     return places
 
 
-def _room(scene: Scene) -> Place:
+def _bed(scene: Scene) -> Place:
     """Half of the length and width of the rectangle in which centres of balls can be [m]."""
     numbers = layout_of(*params_on_table(scene)).numbers
     return numbers.centre_half_length - GAP_AFTER_MOVE, numbers.centre_half_width - GAP_AFTER_MOVE
@@ -63,12 +63,12 @@ def _push(places: dict[str, Place], one: str, other: str, diameter: float) -> bo
     return True
 
 
-def _pull(places: dict[str, Place], name: str, ball: Sighting, scene: Scene, room: Place) -> bool:
+def _pull(places: dict[str, Place], name: str, ball: Sighting, scene: Scene, bed: Place) -> bool:
     """Move a ball out of a cushion, if it may lie at it; return whether it has moved."""
     x, y = places[name]
     if not no_place(scene.table, x, y, scene.ball.radius):
         return False
-    along, across = room
+    along, across = bed
     inside = min(max(x, -along), along), min(max(y, -across), across)
     xx, _, yy = ball.covariance
     if not 0.0 < math.dist(inside, (x, y)) <= SURE_SIGMAS * math.sqrt(max(xx, yy)):

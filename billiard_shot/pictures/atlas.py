@@ -18,7 +18,7 @@ from billiard_shot.table.outline import outline_of
 
 # Even in lightness, for any kind of colour vision, and in grey (van der Walt and Smith, 2015).
 COLOUR_MAP = 'viridis'
-LEVELS = (0.25, 0.5, 0.75, 0.9)  # of contour lines
+CONTOURS = (0.25, 0.5, 0.75, 0.9)  # of contour lines
 RING = 1.9  # ball radii: around the ball that is to be potted
 MIN_CONTOUR_POINTS = 8  # points of a contour line that is left out
 LIGHT = 0.6  # success from which on the colours are light, so that lines are black
@@ -53,10 +53,10 @@ def draw_atlas(atlas: Atlas, path: Path) -> None:
         aspect=50,
         pad=0.02,
         label='success of the best stroke found, by the position of the cue ball (%)',
-        ticks=[0.0, *LEVELS, 1.0],
+        ticks=[0.0, *CONTOURS, 1.0],
         format=lambda part, _: f'{100 * part:.0f}',
     )
-    for level in LEVELS:
+    for level in CONTOURS:
         bar.ax.axvline(level, color=_ink(level), linewidth=0.8)
     save(figure, path)
 
@@ -90,9 +90,9 @@ def _draw_map(axes: Any, atlas: Atlas, drawn: Map) -> Any:
             x[: counts[0]],
             y[:: counts[0]],
             drawn.success,
-            levels=LEVELS,
+            levels=CONTOURS,
             linewidths=0.8,
-            colors=[_ink(level) for level in LEVELS],
+            colors=[_ink(level) for level in CONTOURS],
             zorder=1,
         )
         lines.set(paths=[_long_lines(path) for path in lines.get_paths()])

@@ -26,7 +26,7 @@ from billiard_shot.table.colours import ball_colour
 from billiard_shot.table.motion import Motion
 from billiard_shot.table.words import rounded
 
-DPI = 80  # of pictures
+PICTURE_DPI = 80  # of pictures
 # As on the page of a shot: the face of the cue ball, and where the tip meets it.
 FACE = (
     '<svg viewBox="-1.1 -1.1 2.2 2.2" style="width: 8em" role="img"'
@@ -130,7 +130,7 @@ def _picture(figure: Callable[[], Any]) -> str:
     if not has_matplotlib():
         return ''
     file = BytesIO()
-    figure().savefig(file, format='png', dpi=DPI)
+    figure().savefig(file, format='png', dpi=PICTURE_DPI)
     return f'<img alt="" src="data:image/png;base64,{b64encode(file.getvalue()).decode()}">'
 
 

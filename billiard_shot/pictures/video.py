@@ -30,7 +30,7 @@ from billiard_shot.table.motion import Motion
 Draw = Callable[[NDArray[np.float64]], Iterator[NDArray[np.uint8]]]
 
 RATE = 25  # images per second
-DPI = 100.0
+VIDEO_DPI = 100.0
 BLOCK = 16  # pixels: encoders of MP4 want multiples of it
 END_SHOWN = 1.0  # s for which the end is shown
 FOLLOW = 0.25  # s for which the cue is shown after the strike
@@ -141,8 +141,9 @@ def images(shot: Shot, times: NDArray[np.float64], title: str = '') -> Iterator[
 
     trails = trails_of(shot)
     figure, axes = table_axes(shot.scene, trails.all_points(), title or shot_title(shot))
-    figure.set_size_inches(np.round(figure.get_size_inches() * DPI / BLOCK) * BLOCK / DPI)
-    figure.set_dpi(DPI)
+    block = BLOCK / VIDEO_DPI  # inches
+    figure.set_size_inches(np.round(figure.get_size_inches() / block) * block)
+    figure.set_dpi(VIDEO_DPI)
     canvas: Any = FigureCanvasAgg(figure)  # not typed
     moving = _Moving(axes, shot, trails)
     canvas.draw()

@@ -44,7 +44,7 @@ SCRIPTS = (
 # Colours of the paths of balls: those of Okabe and Ito that stand out on a green cloth.
 YELLOW = '#f0e442'
 PATHS = '#ffffff', ORANGE, SKY, PURPLE, YELLOW, BLACK
-PALE_PATH = '#7f9f91'
+PALE_ON_PAGE = '#7f9f91'
 DRAWN_MOTIONS = (Motion.SLIDE, Motion.ROLL, Motion.FLIGHT)
 ACROSS, UPWARD = np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0])
 NO_LINKS: Mapping[str, str] = {}
@@ -93,7 +93,7 @@ def open_page(shot: Shot) -> Path:
 def view_data(shot: Shot, title: str) -> dict[str, Any]:
     """Collect all that the page shows, in SI units and the frame `table`."""
     trails = trails_of(shot)
-    colours = path_colours(trails, PATHS, PALE_PATH)
+    colours = path_colours(trails, PATHS, PALE_ON_PAGE)
     return {
         'title': title,
         'message': f'{shot.status.name}: {shot.message}',
@@ -170,7 +170,7 @@ def _ball(trails: Trails, name: str, number: int, path: str | None) -> dict[str,
         'colour': ball_colour(name),
         'striped': is_striped(name),
         'path': path,
-        'pale': path == PALE_PATH,
+        'pale': path == PALE_ON_PAGE,
         'trails': [
             {
                 'motion': piece.motion.name.lower(),

@@ -16,8 +16,8 @@ from billiard_shot.scene.errors import (
     Mistake,
     must_be,
     must_be_one_of,
-    nearest,
     refused,
+    suggestion,
     unknown,
 )
 from billiard_shot.scene.fields import name, number, point, TAKES, whole_number
@@ -53,7 +53,7 @@ def pocket_field() -> Any:
         names, known = one_or_many(value), (ANY, *POCKET_NAMES)
         wrong = [each for each in names if not isinstance(each, str) or each not in known]
         if wrong or not names:
-            hint = nearest(known, wrong[0]) if wrong else ''
+            hint = suggestion(known, wrong[0]) if wrong else ''
             raise refused(value, allowed, hint=hint)
         return tuple(pocket for pocket in POCKET_NAMES if pocket in names or ANY in names)
 

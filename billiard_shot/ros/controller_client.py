@@ -16,7 +16,7 @@ from billiard_shot.cue.joint_trajectory import JointTrajectory
 from billiard_shot.records import Array
 from billiard_shot.ros import cue_conversions as conversions
 from billiard_shot.ros.command_topic import FAREWELL
-from billiard_shot.ros.goal_sequence import ANSWER_TIMEOUT, GoalSequence
+from billiard_shot.ros.goal_sequence import GOAL_TIMEOUT, GoalSequence
 
 COMMAND_HORIZON = 0.5
 """
@@ -106,7 +106,7 @@ class ControllerClient:
         """Send the next goal for the current command, if it is due, as `send` does."""
         trajectory, age = self._command.trajectory, self._goals.age
         if trajectory is None:
-            if not self._covered or (self.failure and age > ANSWER_TIMEOUT):
+            if not self._covered or (self.failure and age > GOAL_TIMEOUT):
                 self._stop(position, velocity)
         elif not self.awaits_answer and (
             not self._covered or (self._covered < trajectory.duration and age > RENEWAL)

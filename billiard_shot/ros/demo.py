@@ -21,11 +21,11 @@ DEMO_SCENE = 'robot_table'  # of the mechanical cue
 # Arguments of all nodes; each node takes those that it has.
 QUICK = ('-p', 'real_time_factor:=4.0', '-p', 'rate:=100.0', '--log-level', 'error')
 
-STROKES = str(Path(__file__).with_name('demo_strokes.yaml'))
+DEMO_STROKES = str(Path(__file__).with_name('demo_strokes.yaml'))
 TARGET = '{rest: [0.5, -0.3], radius: 0.1}'
-GAME = ('--game', 'practice', '--balls', '3', '--seed', '0')
+GAME_OPTIONS = ('--game', 'practice', '--balls', '3', '--seed', '0')
 UNATTENDED = ('--scene', DEMO_SCENE, '--arm', '--simulate-safety-inputs')
-PLAYED = (TARGET, '--strokes', STROKES, '--budget', '6000', *GAME, *UNATTENDED)
+PLAYED = (TARGET, '--strokes', DEMO_STROKES, '--budget', '6000', *GAME_OPTIONS, *UNATTENDED)
 """
 Arguments of the player.
 
@@ -40,7 +40,7 @@ Three commands to try next, each in its own terminal:
   .venv/bin/player --simulate-safety-inputs '{rest: [0.4, 0.2]}'  # type fire when it is aimed"""
 
 
-def run_client(name: str, environment: dict[str, str], *arguments: str) -> int:
+def run_program(name: str, environment: dict[str, str], *arguments: str) -> int:
     """Run a client to its end, and return its exit code."""
     return subprocess.run(command(name, arguments), env=environment, check=False).returncode
 
@@ -56,7 +56,7 @@ def main() -> None:
         )
         with running(PREDICTOR, environment):
             strokes = str(config_file('strokes/paper.yaml'))
-            failed = run_client('predict_shot', environment, '--brief', '--strokes', strokes)
+            failed = run_program('predict_shot', environment, '--brief', '--strokes', strokes)
         if not failed:
             print(
                 'A simulated cue plays two strokes, a planned one, and a game of three balls:',
@@ -66,7 +66,7 @@ def main() -> None:
                 QUICK, DEMO_SCENE, simulate=True, camera=False, player=True, interface='topic'
             )
             with running(nodes, environment):
-                failed = run_client('player', environment, *PLAYED)
+                failed = run_program('player', environment, *PLAYED)
     if not failed:
         print(NEXT)
     sys.exit(failed)

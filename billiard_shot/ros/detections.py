@@ -25,7 +25,7 @@ def class_names_of(entries: Sequence[str]) -> dict[str, str]:
     return names
 
 
-def picture_of(
+def detected_balls(
     detections: Sequence[Any],
     names: Mapping[str, str],
     min_score: float,

@@ -10,7 +10,7 @@ from rclpy.task import Future
 
 from billiard_shot.cue.clock import steady_time
 
-ANSWER_TIMEOUT = 1.0
+GOAL_TIMEOUT = 1.0
 """Longest time in which the controller accepts or rejects a goal [s]."""
 
 
@@ -21,7 +21,7 @@ class GoalSequence:
     A new goal gives up the goal before it if that has not been answered. If the controller accepts
     the earlier goal later, that goal is cancelled at once: a controller with several threads may
     have begun it after the new goal. A failure is a goal that is rejected, not followed, or not
-    answered within `ANSWER_TIMEOUT`. It lasts until a goal is accepted.
+    answered within `GOAL_TIMEOUT`. It lasts until a goal is accepted.
 
     `send` sends a goal and returns the future of its handle; `clock` reads a steady clock [s].
     """
@@ -44,12 +44,12 @@ class GoalSequence:
     @property
     def awaits_answer(self) -> bool:
         """Whether the last goal has not been answered, but may still be in time."""
-        return self._is_open and self.age <= ANSWER_TIMEOUT
+        return self._is_open and self.age <= GOAL_TIMEOUT
 
     @property
     def failure(self) -> str:
         """Return why the controller does not follow the goals; '' if it does."""
-        if self._is_open and self.age > ANSWER_TIMEOUT:
+        if self._is_open and self.age > GOAL_TIMEOUT:
             return f'controller: no answer to a goal for {self.age:.2g} s'
         return self._failure
 

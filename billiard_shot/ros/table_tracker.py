@@ -16,7 +16,7 @@ from billiard_shot.perception.gate import MAX_DEVIATION
 from billiard_shot.perception.tracker import BallTracker, TrackerSettings
 from billiard_shot.ros import parameters
 from billiard_shot.ros.conversions import ball_message, seconds, time_of
-from billiard_shot.ros.detections import class_names_of, picture_of
+from billiard_shot.ros.detections import class_names_of, detected_balls
 from billiard_shot.ros.frames import Frames
 from billiard_shot.ros.node_runner import LATCHED, spin_node, steady_timer
 from billiard_shot.ros.parameters import checked, OfTable
@@ -124,7 +124,7 @@ class TableTracker(Node):
                     f'{time - now:.3g} s'
                 )
             transform = self._frames.between(message.header.frame_id or root, root, time)
-            balls, ignored = picture_of(message.detections, *self._reading, *transform)
+            balls, ignored = detected_balls(message.detections, *self._reading, *transform)
         except ValueError as error:
             self.get_logger().warning(
                 f'ignored a picture: {error}', throttle_duration_sec=LOG_PERIOD

@@ -93,10 +93,10 @@ def must_be_one_of(known: Iterable[object], got: object, what: str = '') -> str:
     if not names:
         return f'must name a {what or "value"}, but there is none, got {got!r}'
     text = must_be(f'one of {", ".join(names)}', got)
-    return text + nearest(names, got) if len(names) > 1 else text
+    return text + suggestion(names, got) if len(names) > 1 else text
 
 
-def nearest(known: Iterable[object], got: object) -> str:
+def suggestion(known: Iterable[object], got: object) -> str:
     """Text that adds the known name nearest to the given one; '' if none is near."""
     near = difflib.get_close_matches(str(got), [str(name) for name in known], 1)
     return f'; the nearest is {near[0]}' if near else ''

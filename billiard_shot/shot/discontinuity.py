@@ -60,10 +60,10 @@ def discontinuities_of_law(
         change = NEAR_A_JUMP * accuracy
         if cues['discontinuity_margin'][i] > SUSPECT * change:
             continue
-        tip, table = model.stiffness
+        tip, cloth = model.stiffness
         ends = []
         for factor in (1.0 - change, 1.0, 1.0 + change):
-            changed = model._replace(stiffness=(tip * factor, table), follow_through=0.0)
+            changed = model._replace(stiffness=(tip * factor, cloth), follow_through=0.0)
             ends.append(_end(changed, normals[i : i + 1], velocities[i : i + 1], tolerance))
         bend = float(np.linalg.norm(ends[0] - 2.0 * ends[1] + ends[2]))
         found[i] = bend if bend > 2.0 * tolerance else 0.0

@@ -29,7 +29,7 @@ class StrikeModel(NamedTuple):
     stiffness: tuple[float, float]  # only the ratio matters
     law: int
     exponent: float
-    table: bool  # whether the contact CLOTH_CONTACT takes part
+    on_cloth: bool  # whether the contact CLOTH_CONTACT takes part
     follow_through: float  # m, see `CueParams`
     surface: BallClothParams  # the ball's own numbers are here
 
@@ -76,7 +76,7 @@ def cue_params(model: StrikeModel, table: TableParams) -> CueParams:
         nose_stiffness=stiffness(2.0 * ball.mass, table.cushion_duration, table.cushion_stiffness),
         neighbour_reach=REACH if takes_time else table.contact_gap,
         interval=TIP_DURATION / NORMALS if moves else inf,
-        on_cloth=model.table,
+        on_cloth=model.on_cloth,
         moves=moves,
         follow_through=model.follow_through,
     )
@@ -84,18 +84,18 @@ def cue_params(model: StrikeModel, table: TableParams) -> CueParams:
 
 def strike_model(scene: Scene) -> StrikeModel:
     """Collect the numbers of a scene, all effects as they are called for."""
-    tip, table = scene.contacts.cue_ball, scene.contacts.ball_table
+    tip, cloth = scene.contacts.cue_ball, scene.contacts.ball_table
     return StrikeModel(
         cue_mass=float(scene.cue.mass),
         inverse_end_mass=1.0 / float(scene.cue.end_mass),
         ferrule_radius=float(scene.cue.ferrule_radius),
         tip_curvature=float(scene.cue.tip_curvature_radius / scene.ball.radius),
-        friction=(float(tip.friction), float(table.friction)),
-        restitution=(float(tip.restitution), float(table.restitution)),
-        stiffness=(float(tip.stiffness), float(table.stiffness)),
+        friction=(float(tip.friction), float(cloth.friction)),
+        restitution=(float(tip.restitution), float(cloth.restitution)),
+        stiffness=(float(tip.stiffness), float(cloth.stiffness)),
         law=LAWS[scene.law],
         exponent=float(scene.exponent),
-        table=True,
+        on_cloth=True,
         follow_through=float(scene.cue.follow_through),
         surface=ball_cloth_params(scene),
     )

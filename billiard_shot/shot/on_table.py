@@ -56,7 +56,7 @@ def task_of(
         known = (cues['hits'] > 0) & ~cues['strikes']
         for name in ('velocity', 'spin'):
             starts[name][known, 0] = cues[name][known]
-        if not model.table:  # a ball that would go down is put onto the cloth
+        if not model.on_cloth:  # a ball that would go down is put onto the cloth
             height = starts['velocity'][:, 0, 2]
             np.maximum(height, 0.0, out=height)
     to_cushions = accuracy.checked and not math.isinf(setting.table.length)

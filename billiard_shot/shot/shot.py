@@ -23,7 +23,7 @@ from billiard_shot.table.motion import Cause
 from billiard_shot.table.run import TableEvent, TableRun
 from billiard_shot.table.trajectory import Trajectory
 
-ROUNDED = 1e-12  # relative to a push: friction that is only rounding
+ROUNDED_PUSH = 1e-12  # relative to a push: friction that is only rounding
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -171,7 +171,7 @@ class Shot(Shown):
         impulses = self._cue['impulses'].reshape(2, 3)
         along = (impulses * normals).sum(axis=1)
         across = np.linalg.norm(impulses - along[:, np.newaxis] * normals, axis=1)
-        return np.column_stack([along, np.where(across > ROUNDED * along, across, 0.0)])
+        return np.column_stack([along, np.where(across > ROUNDED_PUSH * along, across, 0.0)])
 
     @property
     def evaluations(self) -> int:

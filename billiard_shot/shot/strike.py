@@ -59,7 +59,7 @@ EXAMPLE_MODEL = StrikeModel(
     stiffness=(1.0, 1.0),
     law=0,
     exponent=1.0,
-    table=True,
+    on_cloth=True,
     follow_through=1.0,
     surface=BallClothParams(*(1.0,) * 10, law=0, exponent=1.0, flight_gate=GATE_AUTO),
 )  # for the examples; of no ball in particular

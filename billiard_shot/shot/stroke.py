@@ -20,7 +20,7 @@ from billiard_shot.scene.values import as_float, LARGEST, positive
 Numbers = Sequence[float] | NDArray[np.float64]
 
 SPEED_RANGE = 1.0 / LARGEST, LARGEST  # m/s
-USUAL_SPEED = '; the cue of a player moves at 0.1 to 12 m/s'
+SPEED_HINT = '; the cue of a player moves at 0.1 to 12 m/s'
 
 
 @dataclass(frozen=True, slots=True, init=False)
@@ -122,7 +122,7 @@ class Stroke(Shown):
         elevation = read_angle('elevation', elevation, elevation_deg, 0.0, 0.5 * math.pi)
         azimuth = read_angle('azimuth', azimuth, azimuth_deg, -2.0 * math.pi, 2.0 * math.pi)
         if speed is None:
-            raise ValueError(f'speed is missing; it must be above 0 (m/s){USUAL_SPEED}')
+            raise ValueError(f'speed is missing; it must be above 0 (m/s){SPEED_HINT}')
         _check_speed('speed', speed, _number('speed', speed))
         return stroke_at(a, b, elevation, azimuth, speed, axis=axis)
 
@@ -332,7 +332,7 @@ def _check_speed(name: str, value: object, speed: float, what: str = '') -> None
     # the length of a vector is rounded
     if not low * (1.0 - rounding.SUM) <= speed <= high * (1.0 + rounding.SUM):
         allowed = f'{what}above 0' if speed <= 0.0 else f'{what}{low:g} to {high:g}'
-        raise refused(value, allowed, name, 'm/s', USUAL_SPEED)
+        raise refused(value, allowed, name, 'm/s', SPEED_HINT)
 
 
 def read_numbers(name: str, values: Numbers, count: int) -> list[float]:

@@ -14,11 +14,11 @@ from billiard_shot.records import Array, Triple
 from billiard_shot.scene import Scene
 from billiard_shot.shot.model import strike_model, StrikeModel
 from billiard_shot.shot.stroke import Stroke
+from billiard_shot.table.cue_impact import UP
 
 # The paper's measured constants [kg, kg, m], and those of the contacts of tip and cloth.
 PAPER_BALL_MASS, PAPER_CUE_MASS, PAPER_BALL_RADIUS = 0.1673, 0.5018, 0.0286
 PAPER_FRICTION, PAPER_RESTITUTION = (0.4, 0.152479), (0.656532, 0.51625)
-UP = (0.0, 0.0, 1.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,7 +140,7 @@ def stacked(
     )
 
 
-def strike(
+def strike_of(
     normal: ArrayLike,
     direction: ArrayLike,
     speed: float = 1.0,
@@ -159,7 +159,7 @@ def strike(
     guided = (
         {'guided': True} if end_mass is None else {'end_mass': end_mass, 'ferrule_radius': 0.0}
     )
-    tip, table = (
+    tip, cloth = (
         {'restitution': restitution[i], 'friction': friction[i], 'stiffness': (ratio, 1.0)[i]}
         for i in range(2)
     )
@@ -167,7 +167,7 @@ def strike(
         {
             'ball': {'mass': masses[1], 'radius': PAPER_BALL_RADIUS},
             'cue': {'mass': masses[0], **guided},
-            'contacts': {'cue_ball': tip, 'ball_table': table},
+            'contacts': {'cue_ball': tip, 'ball_table': cloth},
             'exponent': exponent,
         }
     )
@@ -194,13 +194,13 @@ def collision_of(model: StrikeModel, normal: Array, velocity: Array) -> Collisio
     centre, end = np.array([0.0, 0.0, surface.radius]), model.inverse_end_mass
     cue = Body(model.cue_mass, velocity=c, guide=c, end_mass=1.0 / end if end > 0.0 else None)
     ball = Body(surface.mass, surface.inertia, position=centre)
-    tip, table = zip(model.restitution, model.friction, model.stiffness, strict=True)
+    tip, cloth = zip(model.restitution, model.friction, model.stiffness, strict=True)
     bodies = cue, ball, Body.fixed(), Body.fixed()
     # The table takes part if the ball touches it. Else only another fixed body does.
-    above, count = (1, 3) if model.table else (3, 4)
+    above, count = (1, 3) if model.on_cloth else (3, 4)
     contacts = (
         Contact(0, 1, centre + surface.radius * n, n, *tip),
-        Contact(above, 2, (0, 0, 0), UP, *table),
+        Contact(above, 2, (0, 0, 0), UP, *cloth),
     )
     return Collision(bodies[:count], contacts, model.exponent)
 

@@ -15,7 +15,7 @@ from billiard_shot.study.collisions import (
     cradle,
     PAPER_BALL_MASS,
     stacked,
-    strike,
+    strike_of,
     wedge,
 )
 
@@ -68,9 +68,9 @@ def _coefficients() -> Iterator[Family]:
     for e in ends:
         name = f'e = {e[0]:g} and {e[1]:g}'
         members[f'{name}, stacked'] = stacked(restitution=e)
-        members[f'{name}, slanted'] = strike(*SLANTED, restitution=e)
-        members[f'{name}, masse'] = strike(*MASSE_STROKE, restitution=e)
-        members[f'{name}, Hertz'] = strike(*SLANTED, restitution=e, exponent=1.5)
+        members[f'{name}, slanted'] = strike_of(*SLANTED, restitution=e)
+        members[f'{name}, masse'] = strike_of(*MASSE_STROKE, restitution=e)
+        members[f'{name}, Hertz'] = strike_of(*SLANTED, restitution=e, exponent=1.5)
     yield Family(
         'restitution 0 or 1',
         'e = 0 divides by zero where restitution is a stiffness; bodies that stay pressed '
@@ -81,9 +81,9 @@ def _coefficients() -> Iterator[Family]:
     members = {}
     for mu in [(0.0, 0.0), (0.0, 10.0), (10.0, 0.0), (10.0, 10.0)]:
         name = f'mu = {mu[0]:g} and {mu[1]:g}'
-        members[f'{name}, slanted'] = strike(*SLANTED, friction=mu)
-        members[f'{name}, masse'] = strike(*MASSE_STROKE, friction=mu)
-        members[f'{name}, light end'] = strike(*SLANTED, friction=mu, end_mass=0.005)
+        members[f'{name}, slanted'] = strike_of(*SLANTED, friction=mu)
+        members[f'{name}, masse'] = strike_of(*MASSE_STROKE, friction=mu)
+        members[f'{name}, light end'] = strike_of(*SLANTED, friction=mu, end_mass=0.005)
     yield Family(
         'friction 0 or 10',
         'at mu = 0 the directions of sliding are undefined; at mu = 10 contacts jam and explicit '
@@ -101,8 +101,8 @@ def _ratios() -> Iterator[Family]:
     members: dict[str, Collision] = {}
     for power in (-8, -4, 4, 8):
         members[f'1e{power}, stacked'] = stacked(ratio=10.0**power)
-        members[f'1e{power}, slanted'] = strike(*SLANTED, ratio=10.0**power)
-        members[f'1e{power}, masse'] = strike(*MASSE_STROKE, ratio=10.0**power)
+        members[f'1e{power}, slanted'] = strike_of(*SLANTED, ratio=10.0**power)
+        members[f'1e{power}, masse'] = strike_of(*MASSE_STROKE, ratio=10.0**power)
     yield Family(
         'stiffness ratio',
         'one spring oscillates up to 10,000 times while the other is compressed once: explicit '
@@ -115,8 +115,8 @@ def _ratios() -> Iterator[Family]:
     for power in (-6, -3, 3, 6):
         mass = 10.0**power
         members[f'1e{power}, stacked'] = stacked(masses=(mass, 1.0))
-        members[f'1e{power}, slanted'] = strike(*SLANTED, masses=_masses(mass))
-        members[f'1e{power}, masse'] = strike(*MASSE_STROKE, masses=_masses(mass))
+        members[f'1e{power}, slanted'] = strike_of(*SLANTED, masses=_masses(mass))
+        members[f'1e{power}, masse'] = strike_of(*MASSE_STROKE, masses=_masses(mass))
     yield Family(
         'mass ratio',
         'a light body hits a heavy one hundreds of times; velocities cancel to the last digit',
@@ -130,7 +130,7 @@ def _ratios() -> Iterator[Family]:
         'with absolute tolerances and velocity thresholds, a solver treats slow strokes as rest, '
         'and needs too many steps for fast ones',
         {
-            f'1e{power} m/s, {name}': strike(n, c, speed=10.0**power)
+            f'1e{power} m/s, {name}': strike_of(n, c, speed=10.0**power)
             for power in (-9, -3, 0, 3)
             for name, n, c in (('slanted', *SLANTED), ('masse', *MASSE_STROKE))
         },
@@ -142,11 +142,11 @@ def _directions() -> Iterator[Family]:
     for power in (3, 6, 9, 12):
         cosine = 10.0**-power
         sine = math.sqrt(1.0 - cosine * cosine)
-        members[f'level, side, n.c = -1e-{power}'] = strike((-cosine, -sine, 0), (1, 0, 0))
-        members[f'level, top, n.c = -1e-{power}'] = strike((-cosine, 0, sine), (1, 0, 0))
+        members[f'level, side, n.c = -1e-{power}'] = strike_of((-cosine, -sine, 0), (1, 0, 0))
+        members[f'level, top, n.c = -1e-{power}'] = strike_of((-cosine, 0, sine), (1, 0, 0))
         c, up = np.array([1, 0, -1]) / math.sqrt(2), np.array([1, 0, 1]) / math.sqrt(2)
         across = 0.8 * up + 0.6 * np.array([0, 1, 0])
-        members[f'slanted, n.c = -1e-{power}'] = strike(-cosine * c + sine * across, c)
+        members[f'slanted, n.c = -1e-{power}'] = strike_of(-cosine * c + sine * across, c)
     yield Family(
         'grazing strokes',
         'slip is up to 1e12 times the approach speed; friction may press the ball down harder '
@@ -157,8 +157,8 @@ def _directions() -> Iterator[Family]:
     )
     members = {}
     for height in (1e-3, 1e-6, 1e-12, 0.0, -1e-12, -1e-6):
-        members[f'n.z = {height:g}, level'] = strike((-0.9, -0.3, height), (1, 0, 0))
-        members[f'n.z = {height:g}, down'] = strike((-0.9, -0.3, height), (1, 0, -0.2))
+        members[f'n.z = {height:g}, level'] = strike_of((-0.9, -0.3, height), (1, 0, 0))
+        members[f'n.z = {height:g}, down'] = strike_of((-0.9, -0.3, height), (1, 0, -0.2))
     yield Family(
         'equator',
         'if the sign of n.z decides whether the table takes part, a rounding error decides it; '
@@ -167,14 +167,14 @@ def _directions() -> Iterator[Family]:
         ENDED,
     )
     members = {
-        'vertical, through the centre': strike((0, 0, 1), (0, 0, -1)),
-        'vertical, off by 1e-10': strike((1e-10, 0, 1), (0, 0, -1)),
-        'vertical, off by 1e-5': strike((1e-5, 2e-5, 1), (0, 0, -1)),
+        'vertical, through the centre': strike_of((0, 0, 1), (0, 0, -1)),
+        'vertical, off by 1e-10': strike_of((1e-10, 0, 1), (0, 0, -1)),
+        'vertical, off by 1e-5': strike_of((1e-5, 2e-5, 1), (0, 0, -1)),
     }
     for degrees in (0, 30, 60, 89):
         c = np.array([math.cos(math.radians(degrees)), 0.0, -math.sin(math.radians(degrees))])
-        members[f'c = -n, {degrees} degrees down'] = strike(-c, c)
-        members[f'c = -n, {degrees} degrees down, light end'] = strike(-c, c, end_mass=0.005)
+        members[f'c = -n, {degrees} degrees down'] = strike_of(-c, c)
+        members[f'c = -n, {degrees} degrees down, light end'] = strike_of(-c, c, end_mass=0.005)
     yield Family(
         'jam and centre hits',
         'no contact slips at the start, or ever: the direction of slip is 0/0',
@@ -185,7 +185,7 @@ def _directions() -> Iterator[Family]:
 def _slips() -> Iterator[Family]:
     def reversing(tilt: float) -> Collision:
         """Strike with a light cue, which the ball throws back while it slips."""
-        return strike(
+        return strike_of(
             (-1, -0.5, tilt),
             (1, 0, 0),
             masses=(0.3 * PAPER_BALL_MASS, PAPER_BALL_MASS),
@@ -205,11 +205,11 @@ def _slips() -> Iterator[Family]:
         'the direction of slip is undefined at the instant of slip onset, and its equation is '
         'stiff afterwards',
         {
-            'at the tip': strike((-0.85, -0.15, 0.5), (1, 0, -0.3), end_mass=0.03),
-            'at the cloth': strike(
+            'at the tip': strike_of((-0.85, -0.15, 0.5), (1, 0, -0.3), end_mass=0.03),
+            'at the cloth': strike_of(
                 (0.5, -0.5, 1.6), (-0.4, -0.6, -1.2), friction=(0.51, 0.3), end_mass=0.034
             ),
-            'at both': strike((0.0, 0.3, 1.2), (-0.3, -0.7, -0.7), friction=(0.49, 0.62)),
+            'at both': strike_of((0.0, 0.3, 1.2), (-0.3, -0.7, -0.7), friction=(0.49, 0.62)),
         },
     )
 
@@ -256,8 +256,8 @@ def _sequences() -> Iterator[Family]:
     n, c = (0.2, 0.1, 1.0), (0.3, 0.0, -1.0)
     for ratio in (1e2, 1e3, 1e4):
         masses = _masses(ratio)
-        members[f'cue {ratio:g} times the ball'] = strike(n, c, masses=masses)
-        members[f'cue {ratio:g} times the ball, e = .9'] = strike(
+        members[f'cue {ratio:g} times the ball'] = strike_of(n, c, masses=masses)
+        members[f'cue {ratio:g} times the ball, e = .9'] = strike_of(
             n, c, masses=masses, restitution=(0.9, 0.9)
         )
     yield Family(

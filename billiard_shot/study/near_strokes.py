@@ -12,7 +12,7 @@ from billiard_shot.shot.stroke import Stroke
 NEAR = 2e-3  # m
 AT_CUSHION, TOUCHING, LOWEST = 0.7, 0.2, 0.3  # shares of the places, balls and strokes
 MOST_OFFSET = 0.95  # radii
-STEEPEST = math.radians(80.0)
+STEEPEST_CUE = math.radians(80.0)
 SPEEDS = 0.1, 8.0  # m/s
 
 
@@ -80,7 +80,7 @@ def near_stroke(scene: Scene, draw: np.random.Generator) -> Stroke:
     a, b = offset * math.cos(around), offset * math.sin(around)
     azimuth = draw.uniform(-math.pi, math.pi)
     speed = SPEEDS[0] * (SPEEDS[1] / SPEEDS[0]) ** draw.random()
-    elevation = draw.uniform(0.0, STEEPEST) if draw.random() > LOWEST else 0.0
+    elevation = draw.uniform(0.0, STEEPEST_CUE) if draw.random() > LOWEST else 0.0
     lowest = float(lowest_elevation(scene, [[a, b, 0.0, azimuth, speed]])[0])
     elevation = max(elevation, min(lowest, 0.5 * math.pi))
     return Stroke.from_offsets(a, b, elevation, azimuth, speed)

@@ -27,8 +27,8 @@ from billiard_shot.table.cushion import advance_free
 from billiard_shot.table.flight_boundary import edge_at
 from billiard_shot.table.gather import (
     BALL_IMPACT_TOLERANCE,
+    ClusterImpact,
     CUE_IMPACT_TOLERANCE,
-    Impact,
     ImpactRoom,
 )
 from billiard_shot.table.geometry import TableModel
@@ -89,7 +89,7 @@ def impact_room(storage: Storage, balls: int, bodies: int, count: int) -> Impact
 
 
 @inner
-def solve(table: TableModel, impact: Impact, room: ImpactRoom, solver: Any) -> None:
+def solve(table: TableModel, impact: ClusterImpact, room: ImpactRoom, solver: Any) -> None:
     """Solve an impact after `gather`; `solver`: the function `solve_collisions`."""
     params, with_cue = table.params, impact.with_cue
     room.tolerance[0] = CUE_IMPACT_TOLERANCE if with_cue else BALL_IMPACT_TOLERANCE
@@ -101,7 +101,7 @@ def solve(table: TableModel, impact: Impact, room: ImpactRoom, solver: Any) -> N
 @inner
 def solve_bodies(
     params: BallClothParams,
-    impact: Impact,
+    impact: ClusterImpact,
     room: ImpactRoom,
     moves: bool,
     interval: float,
@@ -136,7 +136,7 @@ def solve_bodies(
 
 
 @inner
-def settle(table: TableModel, s: Simulation, impact: Impact, room: ImpactRoom) -> None:
+def settle(table: TableModel, s: Simulation, impact: ClusterImpact, room: ImpactRoom) -> None:
     """
     Stop what only rounding moves, and put balls onto the cloth.
 
@@ -168,7 +168,7 @@ def settle(table: TableModel, s: Simulation, impact: Impact, room: ImpactRoom) -
 
 @inner
 def shift_ball(
-    impact: Impact, room: ImpactRoom, member: int, x: float, y: float, z: float
+    impact: ClusterImpact, room: ImpactRoom, member: int, x: float, y: float, z: float
 ) -> None:
     """Shift a ball, and the tip of the cue with the ball that it hits."""
     place = room.results.bodies[member].position
@@ -183,7 +183,7 @@ def shift_ball(
 
 
 @inner
-def set_apart(table: TableModel, impact: Impact, room: ImpactRoom) -> bool:
+def set_apart(table: TableModel, impact: ClusterImpact, room: ImpactRoom) -> bool:
     """
     Move balls apart that are still dented, and out of cushions; return whether none overlap then.
 
@@ -212,7 +212,7 @@ def set_apart(table: TableModel, impact: Impact, room: ImpactRoom) -> bool:
 
 
 @inner
-def leave_edge(table: TableModel, impact: Impact, room: ImpactRoom, contact: int) -> bool:
+def leave_edge(table: TableModel, impact: ClusterImpact, room: ImpactRoom, contact: int) -> bool:
     """Move a ball sideways out of the edge of a contact; return whether it was in it."""
     radius, member = table.params.radius, room.properties[contact].body_a
     place = room.results.bodies[member].position
@@ -227,7 +227,7 @@ def leave_edge(table: TableModel, impact: Impact, room: ImpactRoom, contact: int
 
 
 @inner
-def takes_part(impact: Impact, room: ImpactRoom, member: int) -> bool:
+def takes_part(impact: ClusterImpact, room: ImpactRoom, member: int) -> bool:
     """Whether a contact of a member closed. The cue hits ball 0 in any case."""
     if member == 0 and impact.with_cue:
         return True
@@ -239,7 +239,7 @@ def takes_part(impact: Impact, room: ImpactRoom, member: int) -> bool:
 
 
 @inner
-def first_partner(impact: Impact, room: ImpactRoom, member: int) -> int:
+def first_partner(impact: ClusterImpact, room: ImpactRoom, member: int) -> int:
     """Ball that a member met: one that began the impact, or the one that it pushed most."""
     found, most = NOTHING, -1.0
     for j in range(impact.contacts):
@@ -292,7 +292,7 @@ def conclude(
     s: Simulation,
     cues: list[CueRecord],
     number: int,
-    impact: Impact,
+    impact: ClusterImpact,
     room: ImpactRoom,
 ) -> None:
     """Let balls and cue go on after an impact is solved; `resume` begins the balls' segments."""
@@ -325,7 +325,7 @@ def write_exit(params: BallClothParams, ball: BallRecord, body: BodyState) -> fl
 
 @inner
 def let_go(
-    table: TableModel, s: Simulation, impact: Impact, room: ImpactRoom, lasting: float
+    table: TableModel, s: Simulation, impact: ClusterImpact, room: ImpactRoom, lasting: float
 ) -> None:
     """Let the balls of an impact go on, and log it."""
     p, params, first = s.progress, table.params, s.balls[impact.ball]
@@ -352,7 +352,7 @@ def let_go(
 
 
 @inner
-def note_meetings(s: Simulation, impact: Impact, room: ImpactRoom) -> None:
+def note_meetings(s: Simulation, impact: ClusterImpact, room: ImpactRoom) -> None:
     """Note which balls ball 0 met in an impact."""
     for j in range(impact.contacts):
         c = room.properties[j]
@@ -362,7 +362,7 @@ def note_meetings(s: Simulation, impact: Impact, room: ImpactRoom) -> None:
 
 @inner
 def release_cue(
-    s: Simulation, cue: CueRecord, impact: Impact, room: ImpactRoom, lasting: float
+    s: Simulation, cue: CueRecord, impact: ClusterImpact, room: ImpactRoom, lasting: float
 ) -> None:
     """Let the cue go on beside the ball that it hit."""
     p, tip, ball = s.progress, room.results.bodies[impact.members], s.balls[0]

@@ -67,7 +67,7 @@ class Meeting(NamedTuple):
     reach: float  # m: balls at so small distances take part
 
 
-class Impact(NamedTuple):
+class ClusterImpact(NamedTuple):
     """An impact of several bodies, whose bodies and contacts are in an `ImpactRoom`."""
 
     time: float  # s; this and the next two as of its meeting
@@ -88,7 +88,7 @@ def gather(
     number: int,
     meeting: Meeting,
     room: ImpactRoom,
-) -> Impact:
+) -> ClusterImpact:
     """
     Write the bodies and contacts of the impact that begins as bodies meet.
 
@@ -116,7 +116,7 @@ def gather(
     if with_cue and not table.numbers.endless:
         for k in range(members):
             bodies, contacts = add_edges(table, room, k, members, bodies, contacts, reach=reach)
-    return Impact(time, first, other, with_cue, begin, members, bodies, contacts)
+    return ClusterImpact(time, first, other, with_cue, begin, members, bodies, contacts)
 
 
 @inner

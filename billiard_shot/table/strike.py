@@ -37,9 +37,16 @@ from billiard_shot.table.cue_impact import (
     write_fixed,
     write_tip,
 )
-from billiard_shot.table.gather import CUE_IMPACT_TOLERANCE, gather, Impact, ImpactRoom, Meeting
+from billiard_shot.table.gather import (
+    ClusterImpact,
+    CUE_IMPACT_TOLERANCE,
+    gather,
+    ImpactRoom,
+    Meeting,
+)
 from billiard_shot.table.geometry import TableModel
 from billiard_shot.table.motion import BALL, REST
+from billiard_shot.table.params import BallClothParams
 from billiard_shot.table.simulation_state import energy_of, log_event, Simulation
 
 # Slip at the end, relative to the cue's speed, that makes a miscue. Grip fades with the tip's
@@ -47,7 +54,7 @@ from billiard_shot.table.simulation_state import energy_of, log_event, Simulatio
 # `pool` by up to 0.02 of the cue's speed. Genuine miscues end with more than 0.06.
 MISCUE_SLIP = 0.03
 # Tip, cloth and ball 0 alone, whose contacts keep their normals.
-STEADY = Impact(0.0, 0, THE_CUE, True, 0.0, members=1, bodies=3, contacts=2)
+STEADY = ClusterImpact(0.0, 0, THE_CUE, True, 0.0, members=1, bodies=3, contacts=2)
 
 
 @inner
@@ -91,7 +98,7 @@ def solve_near(
     room: ImpactRoom,
     tolerance: float,
     solver: Any,
-) -> Impact:
+) -> ClusterImpact:
     """Solve a strike as an impact of all bodies that are near."""
     q, params = table.cue, table.params
     meeting = Meeting(0.0, 0, THE_CUE, q.neighbour_reach)
@@ -130,7 +137,7 @@ def repeats(room: ImpactRoom) -> bool:
 
 
 @inner
-def reaches_others(impact: Impact, room: ImpactRoom) -> bool:
+def reaches_others(impact: ClusterImpact, room: ImpactRoom) -> bool:
     """Whether a contact closed beside those of tip and cloth with ball 0."""
     closings = 0
     for j in range(CLOTH_CONTACT + 1, impact.contacts):
@@ -143,7 +150,7 @@ def end_strike(
     table: TableModel,
     s: Simulation,
     cue: CueRecord,
-    impact: Impact,
+    impact: ClusterImpact,
     room: ImpactRoom,
     moving: bool,
 ) -> None:
@@ -169,7 +176,7 @@ def end_strike(
             one.velocity[i], one.spin[i] = body.velocity[i], body.spin[i] / params.radius
             if moved:
                 one.position[i] = body.position[i]
-    log_meetings(table, s, impact, room)
+    log_meetings(params, s, impact, room)
     if moving and q.on_cloth and not cue.others and ball.velocity[2] < 0.0:
         # it came back to the cloth meanwhile, and leaves it again
         bounce, friction = params.cloth_restitution, params.cloth_friction
@@ -185,9 +192,10 @@ def end_strike(
 
 
 @inner
-def log_meetings(table: TableModel, s: Simulation, impact: Impact, room: ImpactRoom) -> None:
+def log_meetings(
+    params: BallClothParams, s: Simulation, impact: ClusterImpact, room: ImpactRoom
+) -> None:
     """Log the meetings of balls in a strike as events that take and lose no energy."""
-    params = table.params
     note_meetings(s, impact, room)
     for j in range(impact.contacts):
         c = room.properties[j]
@@ -199,7 +207,7 @@ def log_meetings(table: TableModel, s: Simulation, impact: Impact, room: ImpactR
 
 @inner
 def note_strike(
-    q: CueParams, cue: CueRecord, impact: Impact, room: ImpactRoom, moving: bool
+    q: CueParams, cue: CueRecord, impact: ClusterImpact, room: ImpactRoom, moving: bool
 ) -> None:
     """
     Write the outcome of a strike into the record of its cue, whose speed is that of the stroke.

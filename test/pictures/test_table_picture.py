@@ -154,7 +154,7 @@ def test_lines_tell_balls_by_colour_and_motions_by_style():
 
 
 @pytest.mark.parametrize(
-    ('colours', 'pale'), [(MOVING_COLOURS, PALE_PATH), (view.PATHS, view.PALE_PATH)]
+    ('colours', 'pale'), [(MOVING_COLOURS, PALE_PATH), (view.PATHS, view.PALE_ON_PAGE)]
 )
 def test_a_break_shows_what_matters(colours, pale):
     """Cue ball, first contact, and balls that fall have a colour; the other balls are pale."""

@@ -20,7 +20,7 @@ from billiard_shot.perception.gate import MAX_DEVIATION
 from billiard_shot.perception.tracker import BallTracker
 from billiard_shot.ros import detections
 from billiard_shot.ros.conversions import time_of
-from billiard_shot.ros.detections import class_names_of, picture_of
+from billiard_shot.ros.detections import class_names_of, detected_balls
 from billiard_shot.ros.table_tracker import MAX_BYTES, TableTracker
 
 NAMES = {'white': 'cue', '8': '8', 'solid': 'solid'}
@@ -40,7 +40,7 @@ def detection(class_id, x=0.0, y=0.0, covariance=(), score=1.0):
 
 
 def read(*found, where=HERE):
-    return picture_of(found, NAMES, 0.5, VARIANCE, *where)
+    return detected_balls(found, NAMES, 0.5, VARIANCE, *where)
 
 
 def test_only_classes_with_a_name_are_balls():

@@ -32,7 +32,7 @@ from billiard_shot.perception.tracker import BallTracker, TrackerSettings
 from billiard_shot.ros import turn
 from billiard_shot.ros.conversions import ball_message, seconds, sightings_of
 from billiard_shot.ros.cue_conversions import plan_message, plan_of
-from billiard_shot.ros.detections import class_names_of, picture_of
+from billiard_shot.ros.detections import class_names_of, detected_balls
 from billiard_shot.ros.game_conversions import balls_message, game_state_message, places_of
 from billiard_shot.ros.game_table import GameTable
 from billiard_shot.ros.table_tracker import TableTrackerParameters
@@ -117,7 +117,7 @@ def check_tables(bag):
         if tracker is None:
             continue
         if is_new:
-            balls, _ = picture_of(pictures[stamp_of(table)], *reading, np.eye(3), np.zeros(3))
+            balls, _ = detected_balls(pictures[stamp_of(table)], *reading, np.eye(3), np.zeros(3))
             tracker.update(balls, stamp_of(table))
         # Whether a ball is lost was decided some time between these two.
         first, later = (balls_of(tracker, time) for time in (tracker.time, 1e-9 * written))

@@ -28,7 +28,7 @@ from billiard_shot.cue.mechanism import JOINTS, Mechanism
 from billiard_shot.ros import controller_client
 from billiard_shot.ros.controller_client import ControllerClient, LEAD
 from billiard_shot.ros.conversions import seconds
-from billiard_shot.ros.goal_sequence import ANSWER_TIMEOUT, GoalSequence
+from billiard_shot.ros.goal_sequence import GOAL_TIMEOUT, GoalSequence
 
 MECHANISM = Mechanism()
 STILL = np.zeros(6)
@@ -167,7 +167,7 @@ def test_no_stroke_is_followed_after_its_stop(seed):
         server.run(random)
         assert server.active is None or server.active.is_stop
         if client.failure:  # the stop was overtaken
-            bench.tick(ANSWER_TIMEOUT + TICK)
+            bench.tick(GOAL_TIMEOUT + TICK)
     assert server.active.is_stop
     assert client.failure == ''
     assert client._goals.missing == 0
@@ -224,7 +224,7 @@ def test_a_goal_that_was_given_up_is_cancelled_as_soon_as_it_is_accepted(bench):
 def test_without_an_answer_it_fails_until_a_stop_is_accepted(bench):
     """The server loses all; one that is started in its place gets stops first."""
     bench.send(AIM)
-    bench.now += ANSWER_TIMEOUT + TICK
+    bench.now += GOAL_TIMEOUT + TICK
     assert 'no answer to a goal for 1 s' in bench.client.failure
     lost = bench.server.inbox.pop()
     bench.send(STOP)
@@ -253,7 +253,7 @@ def test_a_rejected_stop_is_sent_again_every_second(bench):
     assert bench.stops == [True] * 4
     assert 'rejected' in bench.client.problem
     bench.server.rejects = False
-    bench.tick(ANSWER_TIMEOUT)
+    bench.tick(GOAL_TIMEOUT)
     bench.server.run()
     assert bench.client.problem == ''
 

@@ -15,7 +15,7 @@ from billiard_shot.game.outcome import Outcome
 from billiard_shot.game.racking import rack_state
 from billiard_shot.game.ruling import Foul, Ruling
 from billiard_shot.game.spots import foot_spot, head_spot, is_free
-from billiard_shot.game.state import State
+from billiard_shot.game.state import added, State
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.scene.rack import Place, Rack, sites
 
@@ -50,7 +50,7 @@ def rule(state: State, call: Call, outcome: Outcome) -> Ruling:
         after = after_shot(state, (), keeps=False)
         text = 'safety' if call.safety else 'the called ball does not fall'
         return Ruling(after, (), text, outcome.fallen)
-    scores = _with_points(state, len(outcome.fallen))
+    scores = added(state.scores, state.player, len(outcome.fallen))
     after = after_shot(state, (), keeps=True, scores=scores)
     text = f'ball {call.ball} falls as called, {scores[state.player]} points'
     if scores[state.player] >= state.target:
@@ -67,7 +67,7 @@ def _breaking_foul(state: State, outcome: Outcome, fouls: tuple[Foul, ...]) -> R
         state,
         fouls,
         keeps=False,
-        scores=_with_points(state, -BREAKING_FOUL),
+        scores=added(state.scores, state.player, -BREAKING_FOUL),
         in_hand='kitchen' if outcome.scratched else '',
         choices=('accept', 'rebreak'),
     )
@@ -82,27 +82,21 @@ def _foul(state: State, outcome: Outcome, fouls: tuple[Foul, ...]) -> Ruling:
         state,
         fouls,
         keeps=False,
-        scores=_with_points(state, -STANDARD_FOUL),
+        scores=added(state.scores, state.player, -STANDARD_FOUL),
         in_hand='kitchen' if in_hand else '',
     )
     if after.fouls[state.player] < FOULS_IN_A_ROW:
         return Ruling(after, fouls, in_words(fouls, ''), _object_balls(outcome))
     fouls = (*fouls, Foul('6.14', f'{FOULS_IN_A_ROW} consecutive fouls'))
-    counts = (0, after.fouls[1]) if state.player == 0 else (after.fouls[0], 0)
     after = replace(
         after,
         player=state.player,
-        fouls=counts,
+        fouls=added(after.fouls, state.player, -after.fouls[state.player]),
         phase='break',
         in_hand='kitchen',
-        scores=_with_points(state, -STANDARD_FOUL - THIRD_FOUL),
+        scores=added(after.scores, state.player, -THIRD_FOUL),
     )
     return Ruling(after, fouls, in_words(fouls, ''), arrange=_rack_all)
-
-
-def _with_points(state: State, points: int) -> tuple[int, int]:
-    one, two = state.scores
-    return (one + points, two) if state.player == 0 else (one, two + points)
 
 
 def _object_balls(outcome: Outcome) -> tuple[str, ...]:

@@ -14,7 +14,7 @@ from billiard_shot.game.game import Game
 from billiard_shot.game.outcome import Outcome
 from billiard_shot.game.ruling import Foul, Ruling
 from billiard_shot.game.spots import foot_spot, head_spot
-from billiard_shot.game.state import State
+from billiard_shot.game.state import added, State
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.scene.rack import Place
 
@@ -39,8 +39,7 @@ def rule(state: State, call: Call, outcome: Outcome) -> Ruling:
     if outcome.first_contact is not None and outcome.first_contact not in targets(state):
         fouls.append(Foul('23', f'ball {outcome.first_contact} is met first'))
     point = len(outcome.met) == 2 and outcome.cushions_before[1] >= CUSHION_CONTACTS and not fouls
-    one, two = state.scores
-    scores = (one + point, two) if state.player == 0 else (one, two + point)
+    scores = added(state.scores, state.player, int(point))
     after = after_shot(state, tuple(fouls), keeps=point, scores=scores)
     if point and state.target and scores[state.player] >= state.target:
         after = replace(after, over=True, winner=state.player)

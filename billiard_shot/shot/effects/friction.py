@@ -33,8 +33,8 @@ class _Friction(EffectGate[ShotContext]):
     def apply(self, numbers: N, setting: str) -> N:
         """Smooth contact."""
         if setting == OFF and isinstance(numbers, StrikeModel):
-            tip, table = numbers.friction
-            friction = (0.0, table) if self.contact == TIP_CONTACT else (tip, 0.0)
+            tip, cloth = numbers.friction
+            friction = (0.0, cloth) if self.contact == TIP_CONTACT else (tip, 0.0)
             return numbers._replace(friction=friction)
         return numbers
 

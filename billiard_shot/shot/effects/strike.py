@@ -14,7 +14,7 @@ class TableContact(EffectGate[ShotContext]):
 
     name = 'table_contact'
     condition = 'the strike presses the ball onto the cloth'
-    overrides: ClassVar = {OFF: {'table': False}}
+    overrides: ClassVar = {OFF: {'on_cloth': False}}
 
     def evaluate(self, context: ShotContext) -> GateDecision:
         """See whether the impact closes the contact, or leaves it open."""
