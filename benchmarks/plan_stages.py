@@ -9,58 +9,64 @@ all plans have the same time. The success of each plan is that of its held-out t
 
 import argparse
 from contextlib import contextmanager
+from functools import partial
 
 import numpy as np
 from tools.plan_scenes import crowded_scene, pot_scene, TOURNAMENT
 
 from billiard_shot import plan
-from billiard_shot.planning import search
+from billiard_shot.planning import search, stages
 
 SECONDS = 1.0  # for a plan
 BUDGET = 1_000_000  # strokes: more than a plan has time for
 
 
 @contextmanager
-def without(**changes):
-    """Change names of the search for a while."""
-    before = {name: getattr(search, name) for name in changes}
+def changed(module, **changes):
+    """Change names of a module for a while."""
+    before = {name: getattr(module, name) for name in changes}
     for name, value in changes.items():
-        setattr(search, name, value)
+        setattr(module, name, value)
     try:
         yield
     finally:
         for name, value in before.items():
-            setattr(search, name, value)
+            setattr(module, name, value)
 
 
-def no_points(*_):
-    """Find no places to send the cue ball to."""
-    return []
-
-
-def no_curves(problem, *_):
-    """Make no candidates along curved paths."""
-    return search.candidates_along(problem, [])
+def kinds_but(*names):
+    """Leave out kinds of candidates."""
+    return {'KINDS': tuple(kind for kind in stages.KINDS if kind.name not in names)}
 
 
 def only_pairs(wanted):
     """Make candidates only for wanted pairs of cushions, (after, before)."""
-    make = search._cushion_candidates
-    return lambda problem, runner, cushions, count: make(
-        problem, runner, list(filter(wanted, cushions)), count
-    )
+    kinds = []
+    for kind in stages.KINDS:
+        if 'cushion' in kind.name:
+            pairs, count = kind.make.args
+            make = partial(kind.make.func, list(filter(wanted, pairs)), count)
+            kind = kind._replace(make=make)
+        kinds.append(kind)
+    return {'KINDS': tuple(kinds)}
 
 
 VARIANTS = {
-    'all stages': {},
-    'without combinations': {'combinations': no_points},
-    'without curved paths': {'_curved_candidates': no_curves},
-    'without banks': {'_cushion_candidates': only_pairs(lambda pair: pair[0] == 0)},
-    'without kicks': {'_cushion_candidates': only_pairs(lambda pair: pair[1] == 0)},
-    'without cushions': {'CUSHIONS_BELOW': -1.0},
-    'without two cushions and random strokes': {'RANDOM_BELOW': -1.0},
-    'one round': {'MAX_ROUNDS': 1},
-    'all kinds at once': {'DETOURS_BELOW': 2.0, 'CUSHIONS_BELOW': 2.0, 'CURVES_BELOW': 2.0},
+    'all stages': (stages, {}),
+    'without combinations': (stages, kinds_but('combinations')),
+    'without curved paths': (stages, kinds_but('curves')),
+    'without banks': (stages, only_pairs(lambda pair: pair[0] == 0)),
+    'without kicks': (stages, only_pairs(lambda pair: pair[1] == 0)),
+    'without cushions': (stages, kinds_but('one cushion', 'two cushions')),
+    'without two cushions and random strokes': (
+        stages,
+        {**kinds_but('two cushions'), 'RANDOM_BELOW': -1.0},
+    ),
+    'one round': (search, {'MAX_ROUNDS': 1}),
+    'all kinds at once': (
+        stages,
+        {'KINDS': tuple(kind._replace(below=2.0) for kind in stages.KINDS)},
+    ),
 }
 
 
@@ -78,8 +84,8 @@ def main():
     for name, scenes in groups.items():
         print(f'{name}: {count}')
         everything = None
-        for variant, changes in VARIANTS.items():
-            with without(**changes):
+        for variant, (module, changes) in VARIANTS.items():
+            with changed(module, **changes):
                 results = [
                     plan(*each, noise=TOURNAMENT, seed=i, budget=BUDGET, time_limit=SECONDS)
                     for i, each in enumerate(scenes)
@@ -88,10 +94,10 @@ def main():
                 [each.best.success if each.best else 0.0 for each in results]
             )
             everything = success if everything is None else everything
-            change = success - everything
-            error = change.std(ddof=1) / np.sqrt(count)
+            gain = success - everything
+            error = gain.std(ddof=1) / np.sqrt(count)
             print(
-                f'    {variant:42s} {success.mean():5.1f} %  {change.mean():+5.1f} +- {error:.1f}'
+                f'    {variant:42s} {success.mean():5.1f} %  {gain.mean():+5.1f} +- {error:.1f}'
                 f'  {np.median([each.simulations for each in results]):7.0f} strokes'
             )
 

@@ -11,7 +11,7 @@ from billiard_shot.game.call import Call
 from billiard_shot.game.outcome import Outcome
 from billiard_shot.game.ruling import Ruling
 from billiard_shot.game.state import State
-from billiard_shot.scene.placement import CUE_BALL
+from billiard_shot.scene.placement import CUE_BALL, head_string
 from billiard_shot.shot.stroke_batch import StrokeBatch
 from billiard_shot.table.motion import NOTHING
 from billiard_shot.table.run import POCKET_NAMES
@@ -116,6 +116,6 @@ def _outcome(state: State, names: tuple[str, ...], row: list[int]) -> Outcome:
         off_table=tuple(name for name, gone in zip(names, off, strict=True) if gone),
         to_cushion=frozenset(name for name, met in zip(names, cushion, strict=True) if met),
         # A batch does not tell whether the cue ball crossed the head string before: assume not.
-        from_kitchen=met is not None and state.balls[met][0] < -0.25 * state.length,
+        from_kitchen=met is not None and state.balls[met][0] < head_string(state),
         double_hit=bool(double_hit),
     )

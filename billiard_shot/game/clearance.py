@@ -6,12 +6,12 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.planning.limits import limits_of, MARGIN_SIGMAS, raise_for_clearance
+from billiard_shot.planning.limits import limits_of, raise_for_clearance
 from billiard_shot.planning.strikes import along_azimuth
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene
 from billiard_shot.scene.errors import refused
-from billiard_shot.scene.player import AZIMUTH, B, ELEVATION, SPEED
+from billiard_shot.scene.player import AZIMUTH, ELEVATION, SPEED
 from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.stroke import Stroke
 
@@ -79,10 +79,7 @@ def playable_stroke(
         if not low <= value <= high:
             raise refused(value, f'{low:g} to {high:g}', name, unit)
     limits, row = limits_of(scene, None, scene.noise), np.array([wanted])
-    # A tip that is too low by its error lowers the cue as much above a cushion next to the ball.
-    row[0, B] -= MARGIN_SIGMAS * scene.noise.sigmas(scene.ball.radius)[B]
     row = raise_for_clearance(scene, limits, row)
-    row[0, B] = b
     lowest = math.degrees(row[0, ELEVATION])
     if math.isnan(lowest):
         raise ValueError(f'the cue has no room there at any elevation up to {highest:g} degrees')

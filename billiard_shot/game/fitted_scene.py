@@ -109,7 +109,7 @@ def fitted_scene(
 def _table(scene: Scene, seed: int, draw: np.random.Generator) -> dict[str, tuple[float, float]]:
     """Place the cue ball and a ball at random."""
     state = start('practice', scene, seed, balls=1)
-    x, y = draw.choice(places_to_try(scene, state)).tolist()
+    x, y = draw.choice(places_to_try(state)).tolist()
     return {**state.balls, CUE_BALL: (x, y)}
 
 

@@ -7,7 +7,7 @@ from typing import TypeAlias
 import numpy as np
 
 from billiard_shot.scene import Scene
-from billiard_shot.scene.placement import CUE_BALL
+from billiard_shot.scene.placement import CUE_BALL, head_string
 from billiard_shot.shot.shot import Shot
 from billiard_shot.table.run import NOSE_NAMES, TableEvent, TableRun
 from billiard_shot.table.trajectory import EventKind
@@ -98,7 +98,7 @@ def outcome_of(shot: ShotLike) -> Outcome:
 
 def outcome_of_run(run: TableRun, scene: Scene, *, double_hit: bool = False) -> Outcome:
     """Read the outcome of a simulated table whose cue ball is called `cue`."""
-    head_string = -0.25 * scene.table.length if scene.table else -np.inf
+    kitchen_end = head_string(scene.table) if scene.table else -np.inf
     first = run.first_met.get(CUE_BALL)
     met: dict[str, int] = {}
     to_cushion: set[str] = set()
@@ -108,13 +108,13 @@ def outcome_of_run(run: TableRun, scene: Scene, *, double_hit: bool = False) -> 
         if event.kind in (EventKind.BALL, EventKind.CLUSTER) and CUE_BALL in event.balls:
             if not met and first is not None:
                 x = run.balls[first].at(event.time).position[0]
-                from_kitchen = bool(x < head_string) and not crossed
+                from_kitchen = bool(x < kitchen_end) and not crossed
                 met[first] = cushions  # several balls may be met at once
             met |= {ball: cushions for ball in event.balls if ball not in {CUE_BALL, *met}}
         elif event.kind == EventKind.CUSHION:
             ball = event.balls[0]
             cushions += ball == CUE_BALL
-            crossed |= ball == CUE_BALL and bool(event.position[0] >= head_string)
+            crossed |= ball == CUE_BALL and bool(event.position[0] >= kitchen_end)
             if met and _was_driven(run, event, scene):
                 to_cushion.add(ball)
     gone = {*run.pocketed, *run.off_table}

@@ -6,7 +6,7 @@ import numpy as np
 
 from billiard_shot.game.call import Call
 from billiard_shot.game.state import State
-from billiard_shot.planning.in_hand import free_places
+from billiard_shot.planning.in_hand import places_all_over
 from billiard_shot.planning.shots import DirectShots, shots
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene
@@ -16,10 +16,9 @@ from billiard_shot.table.run import POCKET_NAMES
 from billiard_shot.table.table_states import TableStates
 
 
-def places_to_try(scene: Scene, state: State) -> Array:
+def places_to_try(state: State) -> Array:
     """List places (n, 2) [m], all over the table, where the cue ball in hand may lie."""
-    others = np.array([state.balls[ball] for ball in state.object_balls]).reshape(-1, 2)
-    places = free_places(scene, others, state.in_hand)
+    places = places_all_over(state, state.in_hand)
     return places[[not state.no_place(x, y) for x, y in places.tolist()]]
 
 

@@ -10,6 +10,7 @@ from billiard_shot.game.state import State
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL
+from billiard_shot.shot.ghost_ball import grazing
 from billiard_shot.shot.predict import predict_batch
 from billiard_shot.shot.stroke import Stroke
 
@@ -25,8 +26,7 @@ def towards(scene: Scene, balls: tuple[str, ...]) -> Array:
     rows = []
     for ball in balls:
         along, across = scene.balls[ball][0] - x, scene.balls[ball][1] - y
-        distance = math.hypot(along, across)
-        half = math.asin(min(1.0, 2.0 * scene.ball.radius / distance))
+        half = grazing(math.hypot(along, across), 2.0 * scene.ball.radius)
         for full in FULLNESS:
             azimuth = math.atan2(across, along) + full * half
             rows += [(0.0, b, 0.0, azimuth, speed) for speed in SOFT for b in (0.0, -0.25)]

@@ -16,7 +16,7 @@ from billiard_shot.game.outcome import Outcome
 from billiard_shot.game.referee import judge
 from billiard_shot.game.ruling import Ruling
 from billiard_shot.game.state import State
-from billiard_shot.scene.placement import CUE_BALL
+from billiard_shot.scene.placement import CUE_BALL, head_string
 from billiard_shot.table.run import POCKET_NAMES
 
 MOVED = 0.005
@@ -100,13 +100,12 @@ def told_outcome(state: State, places: Places, told: Told) -> Outcome:
         ('pocketed', pockets, tuple(gone)),
         ('pockets', pockets.values(), POCKET_NAMES),
     )
-    head_string = -0.25 * state.length
     return Outcome(
         first_contact=first_contact or None,
         pocketed=tuple(pockets.items()),
         off_table=tuple(ball for ball in gone if ball not in pockets),
         to_cushion=frozenset(to_cushion),
-        from_kitchen=bool(first_contact) and state.balls[first_contact][0] < head_string,
+        from_kitchen=bool(first_contact) and state.balls[first_contact][0] < head_string(state),
         double_hit=double_hit,
         met=(first_contact,) if first_contact else (),
         cushions_before=(0,) if first_contact else (),

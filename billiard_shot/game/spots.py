@@ -10,7 +10,7 @@ import math
 
 from billiard_shot.game.state import State
 from billiard_shot.numerics import rounding
-from billiard_shot.scene.placement import CUE_BALL
+from billiard_shot.scene.placement import CUE_BALL, head_string
 from billiard_shot.scene.rack import Place, Rack, racked
 
 SPOT_GAP = 1e-4  # m: a spotted ball must not touch the cue ball (WPA 1.4)
@@ -36,12 +36,12 @@ def rack_of(layout: str, state: State, balls: tuple[str, ...]) -> dict[str, Plac
 
 def foot_spot(state: State) -> Place:
     """Return the foot spot [m]."""
-    return 0.25 * state.length, 0.0
+    return -head_string(state), 0.0
 
 
 def head_spot(state: State) -> Place:
     """Return the head spot [m]."""
-    return -0.25 * state.length, 0.0
+    return head_string(state), 0.0
 
 
 def spotted(state: State, balls: Mapping[str, Place], back: Iterable[str]) -> dict[str, Place]:

@@ -11,18 +11,18 @@ from pathlib import Path
 from typing import Any, ClassVar, Self, TypeVar
 
 from billiard_shot.game.game import find_game, Game
-from billiard_shot.numerics import rounding
 from billiard_shot.scene.checks import check, read, write
 from billiard_shot.scene.errors import (
     found_in,
     InputError,
     Mistake,
+    must_be,
     must_be_one_of,
     reason,
     refused,
 )
 from billiard_shot.scene.fields import boolean, choice, number, places, TAKES, whole_number
-from billiard_shot.scene.placement import CUE_BALL
+from billiard_shot.scene.placement import CUE_BALL, head_string, no_place, overlaps
 from billiard_shot.scene.values import as_float, whole
 
 T = TypeVar('T', int, float)
@@ -97,15 +97,8 @@ def _of_its_game(state: Any) -> Iterator[Mistake]:
     if others := [ball for ball in state.balls if ball not in balls]:
         yield Mistake(('balls',), must_be_one_of(balls, others[0]))
     else:
-        yield from _overlaps(state)  # of so few balls that each is compared with each
-
-
-def _overlaps(state: Any) -> Iterator[Mistake]:
-    places = list(state.balls.items())
-    for i, (one, here) in enumerate(places):
-        for other, there in places[:i]:
-            if math.dist(here, there) < 2.0 * state.radius - rounding.PLACE:
-                yield Mistake(('balls', one), f'overlaps ball {other!r}')
+        for _, ball, why in overlaps(state.balls, state.radius):
+            yield Mistake(('balls', ball), must_be(why, state.balls[ball], 'm'))
 
 
 def added(pair: tuple[T, T], player: int, amount: T) -> tuple[T, T]:
@@ -238,12 +231,10 @@ class State:
         if not (abs(x) <= along and abs(y) <= across):
             return f'at x {-along:.4g} to {along:.4g} and y {-across:.4g} to {across:.4g}'
         # The base of the ball has to be behind the head string, not on it (WPA 8.1, 6.10).
-        if self.in_hand == 'kitchen' and x >= -0.25 * self.length:
-            return f'behind the head string, x below {-0.25 * self.length:.4g}'
-        for ball, place in self.balls.items():
-            if ball != CUE_BALL and math.dist(place, (x, y)) < 2.0 * r:
-                return f'at least {2e3 * r:.4g} mm from ball {ball!r}'
-        return ''
+        if self.in_hand == 'kitchen' and x >= head_string(self):
+            return f'behind the head string, x below {head_string(self):.4g}'
+        others = {ball: self.balls[ball] for ball in self.object_balls}
+        return no_place(None, x, y, r, others)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain dict that `from_dict` turns into an equal state."""

@@ -8,7 +8,7 @@ from gymnasium.error import ResetNeeded
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from billiard_shot.planning.strikes import wrapped
+from billiard_shot.numerics.angles import wrapped
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene
 from billiard_shot.scene.player import A, B

@@ -27,7 +27,7 @@ from billiard_shot.gym.actions import (
 )
 from billiard_shot.gym.rendering import DrawnEnv
 from billiard_shot.scene import SceneLike
-from billiard_shot.scene.placement import CUE_BALL
+from billiard_shot.scene.placement import CUE_BALL, head_string
 from billiard_shot.scene.rack import Place
 from billiard_shot.shot.stroke import Stroke
 
@@ -110,7 +110,7 @@ class EightBallEnv(DrawnEnv):
         """Play the stroke of player 0; return the ruling."""
         state, half = self._state, 0.5 * self._state.length - self._state.radius
         if state.places_cue_ball:
-            last = -0.25 * state.length - 1e-6 if state.in_hand == 'kitchen' else half
+            last = head_string(state) - 1e-6 if state.in_hand == 'kitchen' else half
             x, y = scaled_places(state.length, state.width, state.radius, action, last)[0].tolist()
             if why := state.no_place(x, y):
                 return self._rule(concede(state, f'the cue ball cannot be placed: {why}'))

@@ -66,7 +66,7 @@ def _push(places: dict[str, Place], one: str, other: str, diameter: float) -> bo
 def _pull(places: dict[str, Place], name: str, ball: Sighting, scene: Scene, bed: Place) -> bool:
     """Move a ball out of a cushion, if it may lie at it; return whether it has moved."""
     x, y = places[name]
-    if scene.table is None or not no_place(scene.table, x, y, scene.ball.radius):
+    if not no_place(scene.table, x, y, scene.ball.radius):
         return False
     along, across = bed
     inside = min(max(x, -along), along), min(max(y, -across), across)

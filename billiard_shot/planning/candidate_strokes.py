@@ -13,7 +13,7 @@ from billiard_shot.planning.limits import limits_of
 from billiard_shot.planning.noises import noise_of
 from billiard_shot.planning.plan import checked_problem
 from billiard_shot.planning.runner import Runner
-from billiard_shot.planning.search import stage_candidates
+from billiard_shot.planning.stages import next_stage, Stage
 from billiard_shot.planning.targets import Target, target_of
 from billiard_shot.records import Array
 from billiard_shot.scene import Noise, Robot, Scene, SceneLike
@@ -80,17 +80,14 @@ def candidates(
     budget = whole('budget', budget, 1)
     problem = checked_problem(scene, wanted, limits_of(scene, constraints, spread), spread)
     machine_code.require()
-    strokes, penalties = [np.zeros((0, 5))], [np.zeros(0)]
+    stages: list[Stage] = []
     with ThreadPoolExecutor(os.cpu_count() or 1) as threads:
         runner = Runner(problem, budget, threads, None, None)
         runner.reserved = 0
-        for stage in stage_candidates(problem, runner):
-            outcomes = runner.evaluate(stage.strokes)
-            strokes.append(stage.strokes[: len(outcomes.penalty)])
-            penalties.append(outcomes.penalty)
-            runner.best = float(any((penalty == 0.0).any() for penalty in penalties))
-            if runner.best or not runner.left:
-                break
-    penalty = np.concatenate(penalties)
+        best = 0.0
+        while stage := next_stage(problem, runner, stages, best, share=1.0):
+            best = float(stage.outcomes.success.any())
+    strokes = np.concatenate([stage.candidates.strokes for stage in stages])
+    penalty = np.concatenate([stage.outcomes.penalty for stage in stages])
     order = np.argsort(penalty, kind='stable')
-    return CandidateStrokes(np.concatenate(strokes)[order], penalty[order])
+    return CandidateStrokes(strokes[order], penalty[order])

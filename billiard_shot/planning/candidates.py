@@ -19,6 +19,7 @@ from billiard_shot.planning.waypoints import (
 )
 from billiard_shot.records import Array
 from billiard_shot.scene.player import A, AZIMUTH, B, ELEVATION, SPEED
+from billiard_shot.table.cloth import speed_to_arrive
 
 SPREAD_FACTORS = (0.0, -1.0, 1.0, -2.0, 2.0)  # of `spread`: offsets of the azimuths that are tried
 THROW = 0.035  # rad, about two degrees: half of the largest throw in a cut
@@ -137,27 +138,14 @@ def candidates_along(problem: Problem, routes: list[Route]) -> Candidates:
 def _speeds(problem: Problem, route: Route) -> Array:
     robot = problem.limits.robot
     if isinstance(problem.target, Rest):
-        reach = _reach(problem)
-        return np.sqrt(route.length * np.array(LENGTH_FACTORS) / reach)
+        surface, ways = problem.model.surface, route.length * np.array(LENGTH_FACTORS)
+        central = np.array([[0.0, 0.0, 0.0, 0.0, 1.0]])
+        forward = strike_alone(problem.model, central).velocity[0, 0]  # of a cue at 1 m/s
+        return np.array([speed_to_arrive(surface, way, 0.0) for way in ways]) / forward
     slowest = max(robot.speed_min, min(0.5, robot.speed_max))
     if isinstance(problem.target, Break):
         slowest = max(slowest, BREAK_SPEED * robot.speed_max)
     return np.geomspace(slowest, robot.speed_max, SPEEDS_PER_ROUTE)
-
-
-def _reach(problem: Problem) -> float:
-    """
-    Distance that the ball rolls after a central stroke at 1 m/s [m]; it grows as speed squared.
-
-    The ball leaves at v, slides until 5/7 v, and rolls to rest: slide and roll take
-    12/49 v^2 / (mu g) and 25/49 v^2 / (2 mu_r g).
-    """
-    ball = problem.model.surface
-    v = float(strike_alone(problem.model, np.array([[0.0, 0.0, 0.0, 0.0, 1.0]])).velocity[0, 0])
-    friction, resistance = ball.sliding_friction, max(ball.rolling_resistance, 1e-4)
-    slide = 12.0 / 49.0 / (friction * ball.gravity) if friction > 0.0 else 0.0
-    roll = 25.0 / 98.0 / (resistance * ball.gravity)
-    return v * v * (slide + roll)
 
 
 def aim(problem: Problem, candidates: Candidates) -> Candidates:

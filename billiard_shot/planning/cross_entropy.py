@@ -66,12 +66,7 @@ def refine(
     draw: np.random.Generator,
     effort: float,
 ) -> Iterator[Population]:
-    """
-    Run the iterations that the budget allows; yield the population after each.
-
-    At the end, `runner.best` is at least the value of the best stroke.
-    """
-    best = 0.0
+    """Run the iterations that the budget allows; yield the population after each, best first."""
     for sigma_scale, kept, samples in SCHEDULE:
         count = max(4, round(effort * samples))
         if runner.left < len(population.strokes) * count:
@@ -82,9 +77,7 @@ def refine(
         population = _iteration(problem, runner, population, normal, places, sigma_scale)
         count = max(4, round(kept * len(population.strokes)))
         population = population.take(_order(population)[:count])
-        best = float(population.value[0])
         yield population
-    runner.best = max(runner.best, best)
 
 
 def _order(population: Population) -> NDArray[np.int64]:

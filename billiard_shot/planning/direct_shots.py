@@ -1,11 +1,11 @@
 """
 Direct shots: the cue ball sends a ball straight into a pocket. Found and rated in closed form.
 
-The opening of a pocket (pocket_openings.py), less the directions in which other balls block the
-path, is an interval of directions of the ball, and by the geometry of the contact and the throw an
-interval of azimuths of the cue ball. A direct shot aims at its middle. The errors of the player
-turn the azimuth by a normal error, so that the chance is the probability that this error stays
-within half of the interval, and that the error of the speed lets the ball reach the pocket.
+The directions that pot the ball (pot_directions.py) are an interval. By the geometry of the
+contact and the throw they become an interval of azimuths of the cue ball. A direct shot aims at
+its middle. The errors of the player turn the azimuth by a normal error, so that the chance is the
+probability that this error stays within half of the interval, and that the error of the speed lets
+the ball reach the pocket.
 
 The cue hits the cue ball in the middle, with the cue as low as clearance allows. The ball is to
 arrive at the pocket at one of a few speeds: at the one with the best chance.
@@ -14,36 +14,34 @@ arrive at the pocket at one of a few speeds: at the one with the best chance.
 import math
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from billiard_shot.compiled import entry, inner
-from billiard_shot.planning.pocket_openings import ANGLE_STEP, ANGLE_STEPS, ANGLES, HOLE_SPEEDS
-from billiard_shot.records import Floats, record, Storage
-from billiard_shot.shot.clearance import BUTT
-from billiard_shot.table.ball_collision import friction_of_balls
-from billiard_shot.table.geometry import (
-    lay_out,
-    PackedTable,
-    PocketGeometry,
-    POCKETS,
-    TableNumbers,
+from billiard_shot.numerics.angles import wrapped
+from billiard_shot.planning.pot_directions import (
+    ARRIVALS,
+    ball_fits,
+    Directions,
+    example_tables,
+    free_directions,
+    LEGAL,
+    NO_BALL,
+    Pot,
+    pot_of,
+    Seen,
 )
-from billiard_shot.table.model import ENDLESS
-from billiard_shot.table.params import BallClothParams, GATE_AUTO
+from billiard_shot.records import Floats, record, Storage
+from billiard_shot.scene.player import AZIMUTH
+from billiard_shot.shot.clear_elevation import clear_elevation, example_raising, Raising
+from billiard_shot.shot.clearance import BUTT
+from billiard_shot.shot.ghost_ball import cut_of_path, grazing, path_of_line
+from billiard_shot.table.ball_collision import friction_of_balls
+from billiard_shot.table.cloth import rolling_after, rolling_share, speed_to_arrive
+from billiard_shot.table.geometry import PackedTable, POCKETS
+from billiard_shot.table.params import BallClothParams
 
-NO_BALL, PRESENT, LEGAL = 0, 1, 2  # kinds of a ball: not on the table; on it; also a target
 THINNEST = math.cos(math.radians(80.0))  # cosine of the largest cut that is tried
-ARRIVALS = 0.5, 1.0, 2.0  # m/s, of the ball at the pocket
-CORNERS = 4
-# Speeds [m/s], elevations, and their step [rad], of `PlayerRecord.strikes`.
+# Speeds [m/s], elevations, and their step [rad], of `CentralStrikes`.
 STRIKE_SPEEDS = 0.5, 5.0
 ELEVATION_COUNT, ELEVATION_STEP = 25, math.radians(2.5)
-# Columns of `PlayerRecord.strikes`, over the speed of the cue: velocity along the stroke, and
-# surface speed of the spin along it; changes per a, in ball radii: of the velocity across, of that
-# when the ball rolls, and of the surface speed of the spin about the vertical.
-COLUMNS = 5
-ALONG, TOP, ACROSS, ROLLING, SIDE = range(COLUMNS)
-OUT = -10.0  # rad: a bound of an interval without directions
 
 
 @record
@@ -62,140 +60,92 @@ class DirectShot:
     chance: float
 
 
-class PlayerRecord(NamedTuple):
-    """Strokes and errors of a player."""
+class CentralStrikes(NamedTuple):
+    """
+    Strikes in the middle, (STRIKE_SPEEDS, ELEVATION_COUNT) each, over the speed of the cue.
 
-    # (len(STRIKE_SPEEDS), ELEVATION_COUNT, COLUMNS) at elevations in steps of ELEVATION_STEP
-    strikes: Floats
+    They are at multiples of ELEVATION_STEP.
+    """
+
+    forward: Floats  # velocity along the stroke
+    roll: Floats  # surface speed of the spin along the stroke
+    # Changes per a, in ball radii:
+    across: Floats  # of the velocity to the left
+    rolling_across: Floats  # of that velocity when the ball rolls
+    side: Floats  # of the surface speed of the spin about the vertical
+
+
+class PlayerRecord(NamedTuple):
+    """Strokes, limits and errors of a player."""
+
+    strikes: CentralStrikes
     sigma_a: float  # ball radii
     sigma_azimuth: float  # rad
     sigma_speed: float  # m/s
-    margin: float  # rad, of the elevation
-    lowest: float  # rad, limits of the elevation
-    highest: float
     slowest: float  # m/s, limits of the speed
     fastest: float
-    cue_length: float  # m, 0: nothing is in the way of the cue
-    ferrule_radius: float  # m
+    lowest: float  # rad, of the elevation
+    raising: Raising  # its place, and its balls, as many as a table has, are written
+    stroke: Floats  # (5,) as low as errors make it; its azimuth is written
 
 
-class Seen(NamedTuple):
-    """One table: its balls, and what they roll on."""
+class Aim(NamedTuple):
+    """How the cue ball meets a ball; directions as in ghost_ball.py."""
 
-    params: BallClothParams
-    numbers: TableNumbers
-    places: Floats  # (balls, 2) m
-    kinds: Any  # (balls,) ints: NO_BALL, PRESENT or LEGAL
-
-
-@inner
-def edge_of(openings: Floats, pocket: int, angle: float, speed: float, end: int) -> float:
-    """Interpolate an end of the opening of a pocket [m], see `openings_of`."""
-    x = angle / ANGLE_STEP + ANGLE_STEPS
-    if not 0.0 <= x <= ANGLES - 1:
-        return 0.0
-    y = min(max(math.log2(speed / SPEED_0), 0.0), SPEED_COUNT - 1.0)
-    i, j = min(int(x), ANGLES - 2), min(int(y), SPEED_COUNT - 2)
-    x, y = x - i, y - j
-    of_kind = openings[0] if pocket < CORNERS else openings[1]
-    a = of_kind[i][j][end] * (1.0 - y) + of_kind[i][j + 1][end] * y
-    b = of_kind[i + 1][j][end] * (1.0 - y) + of_kind[i + 1][j + 1][end] * y
-    return a * (1.0 - x) + b * x
-
-
-SPEED_0, SPEED_COUNT = float(HOLE_SPEEDS[0]), len(HOLE_SPEEDS)
+    distance: float  # m, of the ball
+    ahead: float  # rad, direction of the ball, frame `table`
+    line: float
+    path: float
+    run: float  # m that the cue ball goes; below 0: it cannot send the ball there
+    speed: float  # m/s of the cue ball at the contact
 
 
 @inner
-def turned(angle: float) -> float:
-    """Return an angle from -pi to pi."""
-    return angle - 2.0 * math.pi * math.floor(angle / (2.0 * math.pi) + 0.5)
+def lies_behind(seen: Seen, cue: int, ball: int, pocket: int) -> bool:
+    """Whether the cue ball lies on the side of a ball from which it can go towards a pocket."""
+    x, y = seen.places[ball][0], seen.places[ball][1]
+    u, v = x - seen.places[cue][0], y - seen.places[cue][1]
+    ahead = u * (seen.holes[pocket].hole_x - x) + v * (seen.holes[pocket].hole_y - y)
+    return ahead >= 0.0 and u * u + v * v > 4.0 * seen.params.radius * seen.params.radius
 
 
 @inner
-def free_part(
-    seen: Seen,
-    besides: int,
-    besides_too: int,
-    x: float,
-    y: float,
-    way: float,
-    ahead: float,
-    low: float,
-    high: float,
-) -> tuple[float, float]:
-    """
-    Cut an interval of directions to those that no ball blocks.
-
-    Parameters
-    ----------
-    seen : Seen
-    besides, besides_too : int
-        Balls that are not in the way.
-    x, y : float
-        Where the path begins [m].
-    way : float
-        Length of the path [m].
-    ahead, low, high : float
-        A direction, and the interval around it [rad]: from ahead + low to ahead + high.
-
-    Returns
-    -------
-    low, high : float
-        The part around `ahead`; OUT for both if a ball blocks that direction.
-
-    """
-    diameter = 2.0 * seen.params.radius
-    along_x, along_y = math.cos(ahead), math.sin(ahead)
-    for k in range(len(seen.kinds)):
-        if k in (besides, besides_too) or seen.kinds[k] == NO_BALL:
-            continue
-        u, v = seen.places[k][0] - x, seen.places[k][1] - y
-        along, aside = u * along_x + v * along_y, v * along_x - u * along_y
-        if along <= 0.0 or along > way + diameter:
-            continue
-        if abs(aside) > diameter + 1.5 * along * max(high, -low):
-            continue
-        square = u * u + v * v
-        angle = math.atan2(aside, along)
-        half = math.asin(min(diameter / math.sqrt(square), 1.0))
-        if abs(angle) < half:
-            if along - math.sqrt(max(diameter * diameter - aside * aside, 0.0)) < way:
-                return OUT, OUT
-        elif square - diameter * diameter < way * way:
-            if angle > 0.0:
-                high = min(high, angle - half)
-            else:
-                low = max(low, angle + half)
-    return low, high
+def aimed(seen: Seen, cue: int, ball: int, into: float, speed: float) -> Aim:
+    """Aim so that a ball leaves in a direction [rad], with the speed of a full hit [m/s]."""
+    params, diameter = seen.params, 2.0 * seen.params.radius
+    x, y = seen.places[cue][0], seen.places[cue][1]
+    u, v = seen.places[ball][0] - x, seen.places[ball][1] - y
+    distance, ahead = math.sqrt(u * u + v * v), math.atan2(v, u)
+    turn, path, run, moves = 0.0, 0.0, 0.0, 0.0
+    # the path, the speed of the cue ball, and the throw depend on each other a little
+    for _ in range(3):
+        line = wrapped(into - turn - ahead)
+        if math.cos(line) <= diameter / distance:  # the ghost ball is behind the ball
+            return Aim(distance, ahead, line, 0.0, -1.0, 0.0)
+        path = path_of_line(distance, diameter, line)
+        cut = line - path
+        if math.cos(cut) < THINNEST:
+            return Aim(distance, ahead, line, path, -1.0, 0.0)
+        run = distance * math.cos(path) - diameter * math.cos(cut)
+        moves = speed / math.cos(cut)
+        rolls = rolling_after(params, speed_to_arrive(params, run, moves), run)
+        turn = throw(seen, cut, moves, moves * rolls, 0.0)
+    if not ball_fits(seen, x + run * math.cos(ahead + path), y + run * math.sin(ahead + path)):
+        run = -1.0
+    return Aim(distance, ahead, wrapped(into - turn - ahead), path, run, moves)
 
 
 @inner
-def needed_speed(params: BallClothParams, way: float, arrival: float) -> float:
-    """Speed [m/s] of a ball without spin that arrives at a speed after a way [m]."""
-    share = params.inertia / (params.inertia + params.mass * params.radius * params.radius)
-    left, slide, roll = 1.0 - share, params.sliding_friction, params.rolling_resistance
-    if slide == 0.0:
-        return arrival
-    # it slides over share (1 - share / 2) v^2 / (mu g), and rolls off at (1 - share) v
-    sliding = share * (1.0 - 0.5 * share) / slide
-    square = (arrival * arrival + 2.0 * roll * params.gravity * way) / (
-        left * left + 2.0 * roll * sliding
-    )
-    if sliding * square / params.gravity > way:
-        square = arrival * arrival + 2.0 * slide * params.gravity * way
-    return math.sqrt(square)
-
-
-@inner
-def roll_after(params: BallClothParams, speed: float, way: float) -> float:
-    """Surface speed of the spin over the speed, of a ball without spin at first, after a way."""
-    slide = 2.0 * params.sliding_friction * params.gravity * way
-    if slide >= speed * speed:
-        return 1.0
-    now = math.sqrt(speed * speed - slide)
-    lever = params.mass * params.radius * params.radius / params.inertia
-    return min((speed - now) * lever / now, 1.0)
+def paths_of(seen: Seen, cue: int, ball: int, aim: Aim, half: float) -> Directions:
+    """Find the free paths of the cue ball whose lines of centres are within `half` of `aim`."""
+    diameter, distance = 2.0 * seen.params.radius, aim.distance
+    most, reach = grazing(distance, diameter), math.acos(diameter / distance)
+    low = path_of_line(distance, diameter, min(aim.line + half, reach))
+    high = path_of_line(distance, diameter, max(aim.line - half, -reach))
+    low, high = max(low, -most) - aim.path, min(high, most) - aim.path
+    wanted = Directions(aim.ahead + aim.path, low, high)
+    x, y = seen.places[cue][0], seen.places[cue][1]
+    return free_directions(seen, cue, ball, x, y, aim.run, wanted)
 
 
 @inner
@@ -230,103 +180,56 @@ def throw(seen: Seen, cut: float, speed: float, rolls: float, side: float) -> fl
 
 
 @inner
-def contact_direction(distance: float, diameter: float, off: float) -> float:
-    """
-    Angle from the path of the cue ball to the line of centres, to the left [rad].
-
-    It passes a ball at a distance [m], whose direction is `off` to the left of the path [rad].
-    """
-    return math.asin(min(max(distance * math.sin(off) / diameter, -1.0), 1.0))
-
-
-@inner
-def azimuth_to(distance: float, diameter: float, line: float) -> float:
-    """
-    Direction of the path that makes a line of centres [rad]; both relative to the other ball.
-
-    `line` is the direction of the line of centres, relative to the direction of the ball that is
-    hit, whose distance [m] is given.
-    """
-    return math.atan2(-diameter * math.sin(line), distance - diameter * math.cos(line))
-
-
-@inner
-def needed_elevation(
-    seen: Seen, player: PlayerRecord, x: float, y: float, azimuth: float
-) -> float:
-    """Lowest elevation at which the cue has room behind a ball at (x, y), without margin [rad]."""
-    if player.cue_length == 0.0:
-        return 0.0
-    radius, length, ferrule = seen.params.radius, player.cue_length, player.ferrule_radius
-    back_x, back_y = -math.cos(azimuth), -math.sin(azimuth)
-    highest = 0.0
+def elevation_at(seen: Seen, player: PlayerRecord, cue: int, azimuth: float) -> float:
+    """Find the lowest elevation with clearance for errors [rad], NaN if there is none."""
+    place, balls = player.raising.place, player.raising.around.balls
+    place[0], place[1], place[2] = seen.places[cue][0], seen.places[cue][1], seen.params.radius
+    ahead_x, ahead_y = math.cos(azimuth), math.sin(azimuth)
     for k in range(len(seen.kinds)):
-        u, v = seen.places[k][0] - x, seen.places[k][1] - y
-        along = u * back_x + v * back_y
-        if seen.kinds[k] == NO_BALL or along <= radius or along > length + radius:
-            continue
-        aside = v * back_x - u * back_y
-        reach = radius + ferrule + (BUTT - ferrule) * along / length
-        square = reach * reach - aside * aside
-        if square > 0.0:
-            highest = max(highest, math.asin(min(math.sqrt(square) / along, 1.0)))
-    if seen.numbers.endless:
-        return highest
-    above = seen.numbers.nose_height - radius
-    for axis in range(2):
-        half = seen.numbers.nose_half_length if axis == 0 else seen.numbers.nose_half_width
-        back, place = (back_x, x) if axis == 0 else (back_y, y)
-        if back == 0.0:
-            continue
-        along = ((half if back > 0.0 else -half) - place) / back
-        if 0.0 < along <= length + radius:
-            thick = ferrule + (BUTT - ferrule) * along / length
-            far = math.sqrt(along * along + above * above)
-            over = math.atan2(above, along) + math.asin(min(thick / far, 1.0))
-            highest = max(highest, over)
-    return highest
+        balls[k][0], balls[k][1] = seen.places[k][0], seen.places[k][1]
+        u, v = balls[k][0] - place[0], balls[k][1] - place[1]
+        beside = abs(v * ahead_x - u * ahead_y) > seen.params.radius + BUTT
+        if k == cue or beside or seen.kinds[k] == NO_BALL:  # put it in front, out of the way
+            balls[k][0], balls[k][1] = place[0] + ahead_x, place[1] + ahead_y
+    player.stroke[AZIMUTH] = azimuth
+    return clear_elevation(player.raising, player.stroke, player.lowest)
+
+
+@inner
+def at(column: Floats, elevation: float, speed: float) -> float:
+    """Interpolate a column of `CentralStrikes`, which depends little on the speed."""
+    x = min(max(elevation / ELEVATION_STEP, 0.0), ELEVATION_COUNT - 1.001)
+    i = int(x)
+    x -= i
+    slow, fast = STRIKE_SPEEDS
+    y = min(max((speed - slow) / (fast - slow), 0.0), 1.0)
+    first = column[0][i] * (1.0 - x) + column[0][i + 1] * x
+    last = column[1][i] * (1.0 - x) + column[1][i + 1] * x
+    return first * (1.0 - y) + last * y
 
 
 @inner
 def side_error(
-    seen: Seen, player: PlayerRecord, elevation: float, speed: float, way: float
+    params: BallClothParams, strikes: CentralStrikes, elevation: float, speed: float, way: float
 ) -> float:
     """Deviation of the cue ball, over its way [m], per error of a in ball radii."""
-    params = seen.params
-    across = interpolated_strike(player, elevation, speed, ACROSS) * speed
-    rolling = interpolated_strike(player, elevation, speed, ROLLING) * speed
-    fast = interpolated_strike(player, elevation, speed, ALONG) * speed
-    slip = fast - interpolated_strike(player, elevation, speed, TOP) * speed
-    share = params.inertia / (params.inertia + params.mass * params.radius * params.radius)
+    across = at(strikes.across, elevation, speed) * speed
+    rolling = at(strikes.rolling_across, elevation, speed) * speed
+    fast = at(strikes.forward, elevation, speed) * speed
+    slip = fast - at(strikes.roll, elevation, speed) * speed
+    share = 1.0 / rolling_share(params)
     deceleration = params.sliding_friction * params.gravity
     if slip <= 0.0 or deceleration == 0.0:
         return across / fast
     lasting = slip * share / deceleration
     slides = (fast - 0.5 * share * slip) * lasting
     if way >= slides:
-        aside = 0.5 * (across + rolling) * lasting + rolling / (fast - share * slip) * (
-            way - slides
-        )
+        aside = 0.5 * (across + rolling) * lasting
+        aside += rolling / (fast - share * slip) * (way - slides)
     else:
         time = 2.0 * way / (fast + math.sqrt(max(fast * fast - 2.0 * deceleration * way, 0.0)))
         aside = (across + 0.5 * (rolling - across) * time / lasting) * time
     return aside / way
-
-
-@inner
-def interpolated_strike(
-    player: PlayerRecord, elevation: float, speed: float, column: int
-) -> float:
-    """Interpolate a column of `PlayerRecord.strikes`, which depends little on the speed."""
-    x = min(max(elevation / ELEVATION_STEP, 0.0), ELEVATION_COUNT - 1.001)
-    i = int(x)
-    x -= i
-    slow, fast = STRIKE_SPEEDS
-    y = min(max((speed - slow) / (fast - slow), 0.0), 1.0)
-    first, last = player.strikes[0], player.strikes[1]
-    a = first[i][column] * (1.0 - x) + first[i + 1][column] * x
-    b = last[i][column] * (1.0 - x) + last[i + 1][column] * x
-    return a * (1.0 - y) + b * y
 
 
 @inner
@@ -335,127 +238,95 @@ def within(half: float, sigma: float) -> float:
     return math.erf(half / (sigma * math.sqrt(2.0))) if sigma > 0.0 else 1.0
 
 
+class Rated(NamedTuple):
+    """A stroke that plays a direct shot."""
+
+    speed: float  # m/s, of the cue
+    chance: float  # below 0: the cue would have to be too fast
+
+
+@inner
+def rate_stroke(
+    seen: Seen, player: PlayerRecord, pot: Pot, aim: Aim, cut: float, half: float, elevation: float
+) -> Rated:
+    """Rate the stroke at an elevation [rad] whose path may be wrong by `half` of an interval."""
+    params, run = seen.params, aim.run
+    begins = speed_to_arrive(params, run, aim.speed)
+    forward = at(player.strikes.forward, elevation, begins)
+    speed = max(begins / forward, player.slowest)
+    if speed > player.fastest:
+        return Rated(speed, -1.0)
+
+    # an error of a turns the cue ball, and its side spin throws the ball
+    side = at(player.strikes.side, elevation, speed) * speed * player.sigma_a
+    rolls = aim.speed * rolling_after(params, begins, run)
+    thrown = throw(seen, cut, aim.speed, rolls, side) - throw(seen, cut, aim.speed, rolls, 0.0)
+    # change of the line of centres per azimuth, to the other side
+    lever = max(run / (2.0 * params.radius * math.cos(cut)), 1e-3)
+    bends = side_error(params, player.strikes, elevation, speed, max(run, 1e-6)) * player.sigma_a
+    by_side = bends - thrown / lever
+    sigma = math.sqrt(player.sigma_azimuth * player.sigma_azimuth + by_side * by_side)
+    chance = within(half, sigma)
+
+    if player.sigma_speed > 0.0:
+        stops = full_hit(seen, speed_to_arrive(params, pot.way, 0.0)) / math.cos(cut)
+        spare = speed - speed_to_arrive(params, run, stops) / forward
+        chance *= 0.5 * (1.0 + math.erf(spare / (player.sigma_speed * math.sqrt(2.0))))
+    return Rated(speed, chance)
+
+
+@inner
+def full_hit(seen: Seen, speed: float) -> float:
+    """Speed of a ball that gives another one a speed [m/s] in a full hit."""
+    return speed / (0.5 * (1.0 + seen.numbers.ball_restitution))
+
+
 @inner
 def rate_shot(
-    seen: Seen,
-    player: PlayerRecord,
-    openings: Floats,
-    hole: PocketGeometry,
-    axis: float,
-    arrival: float,
-    cue: int,
-    shot: DirectShot,
+    seen: Seen, player: PlayerRecord, arrival: float, cue: int, shot: DirectShot
 ) -> bool:
     """
     Rate the shot at `shot.ball` and `shot.pocket` at a speed of arrival [m/s]; write the best.
 
-    Return whether there is a shot. `axis` is the direction into the pocket [rad].
+    Return whether there is a shot.
     """
-    params, diameter, ball = seen.params, 2.0 * seen.params.radius, shot.ball
-    x, y = seen.places[ball][0], seen.places[ball][1]
-    px, py = seen.places[cue][0], seen.places[cue][1]
-    u, v = hole.hole_x - x, hole.hole_y - y
-    way, into = math.sqrt(u * u + v * v), math.atan2(v, u)
-    u, v = x - px, y - py
-    distance, ahead = math.sqrt(u * u + v * v), math.atan2(v, u)
-    if way == 0.0 or distance <= diameter or math.cos(into - ahead) < 0.0:
+    params, ball = seen.params, shot.ball
+    pot = pot_of(seen, ball, shot.pocket, cue, arrival)
+    if pot.half <= 0.0:
         return False
-    angle = turned(into - axis)
-    low, high = 0.0, 0.0
-    for _ in range(2):  # the ends of the opening depend on the direction a little
-        low = math.asin(max(edge_of(openings, shot.pocket, angle + low, arrival, 0) / way, -1.0))
-        high = math.asin(min(edge_of(openings, shot.pocket, angle + high, arrival, 1) / way, 1.0))
-        if high <= low:
-            return False
-    low, high = free_part(seen, cue, ball, x, y, way, ahead=into, low=low, high=high)
-    if high <= low:
+    pushed = full_hit(seen, speed_to_arrive(params, pot.way, arrival))
+    aim = aimed(seen, cue, ball, pot.into, pushed)
+    if aim.run < 0.0:
         return False
-    into += 0.5 * (low + high)  # from here on the middle of the directions that pot the ball
-    half = 0.5 * (high - low)
-
-    # the azimuth, the speed of the cue ball, and the throw depend on each other a little
-    turn, run, cut, moves, azimuth = 0.0, distance - diameter, 0.0, 0.0, 0.0
-    goes = needed_speed(params, way, arrival) / (0.5 * (1.0 + seen.numbers.ball_restitution))
-    for _ in range(3):
-        line = turned(into - turn - ahead)
-        if math.cos(line) <= diameter / distance:
-            return False  # the ghost ball is behind the ball
-        azimuth = azimuth_to(distance, diameter, line)
-        cut = line - azimuth
-        if math.cos(cut) < THINNEST:
-            return False
-        run = distance * math.cos(azimuth) - diameter * math.cos(cut)
-        moves = goes / math.cos(cut)
-        begins = needed_speed(params, run, moves)
-        turn = throw(seen, cut, moves, moves * roll_after(params, begins, run), 0.0)
-    numbers = seen.numbers
-    ghost_x = px + run * math.cos(ahead + azimuth)
-    ghost_y = py + run * math.sin(ahead + azimuth)
-    if abs(ghost_x) > numbers.centre_half_length or abs(ghost_y) > numbers.centre_half_width:
+    paths = paths_of(seen, cue, ball, aim, pot.half)
+    half = 0.5 * (paths.high - paths.low)
+    if half <= 0.0:
         return False
+    azimuth = paths.ahead + 0.5 * (paths.low + paths.high)
+    cut = cut_of_path(aim.distance, 2.0 * params.radius, azimuth - aim.ahead)
 
-    # the interval of azimuths: it ends where the cue ball would miss the ball
-    line = turned(into - turn - ahead)
-    grazing = math.asin(diameter / distance)
-    reach = math.acos(diameter / distance)
-    low = azimuth_to(distance, diameter, min(line + half, reach)) - azimuth
-    high = azimuth_to(distance, diameter, max(line - half, -reach)) - azimuth
-    low, high = max(low, -grazing - azimuth), min(high, grazing - azimuth)
-    low, high = free_part(seen, cue, ball, px, py, run, ahead=ahead + azimuth, low=low, high=high)
-    if high <= low:
+    if shot.chance >= 0.0:  # the clearance takes long to find, and changes the chance little
+        rated = rate_stroke(seen, player, pot, aim, cut, half, shot.elevation)
+        if rated.chance <= shot.chance:
+            return True
+    elevation = elevation_at(seen, player, cue, azimuth)
+    if math.isnan(elevation):
         return False
-    azimuth += 0.5 * (low + high)
-    half = 0.5 * (high - low)
-    cut = contact_direction(distance, diameter, -azimuth)
-
-    elevation = needed_elevation(seen, player, px, py, ahead + azimuth) + player.margin
-    elevation = max(elevation, player.lowest)
-    if elevation > player.highest:
-        return False
-    begins = needed_speed(params, run, moves)
-    speed = begins / interpolated_strike(player, elevation, begins, ALONG)
-    if speed > player.fastest:
-        return False
-    speed = max(speed, player.slowest)
-
-    # an error of a turns the cue ball, and its side spin throws the ball
-    side = interpolated_strike(player, elevation, speed, SIDE) * speed * player.sigma_a
-    rolls = moves * roll_after(params, begins, run)
-    thrown = throw(seen, cut, moves, rolls, side) - throw(seen, cut, moves, rolls, 0.0)
-    # change of the line of centres per azimuth, to the other side
-    lever = max(run / (diameter * math.cos(cut)), 1e-3)
-    bends = side_error(seen, player, elevation, speed, max(run, 1e-6)) * player.sigma_a
-    by_side = bends - thrown / lever
-    sigma = math.sqrt(player.sigma_azimuth * player.sigma_azimuth + by_side * by_side)
-    stops = needed_speed(params, way, 0.0) / (0.5 * (1.0 + numbers.ball_restitution))
-    stops = needed_speed(params, run, stops / math.cos(cut)) / interpolated_strike(
-        player, elevation, begins, ALONG
-    )
-    chance = within(half, sigma)
-    if player.sigma_speed > 0.0:
-        chance *= 0.5 * (1.0 + math.erf((speed - stops) / (player.sigma_speed * math.sqrt(2.0))))
-    if chance <= shot.chance:
-        return True
-    shot.elevation, shot.azimuth, shot.speed = elevation, turned(ahead + azimuth), speed
-    shot.cut, shot.distance, shot.way, shot.chance = cut, run, way, chance
-    return True
-
-
-def example_layout(storage: Storage) -> PackedTable:
-    """Lay out a table as entries of direct shots take it."""
-    params = BallClothParams(*(1.0,) * 10, 0, 1.0, GATE_AUTO, GATE_AUTO)
-    return lay_out(storage, params, ENDLESS)
+    rated = rate_stroke(seen, player, pot, aim, cut, half, elevation)
+    if rated.chance > shot.chance:
+        shot.elevation, shot.azimuth, shot.speed = elevation, wrapped(azimuth), rated.speed
+        shot.cut, shot.distance, shot.way, shot.chance = cut, aim.run, pot.way, rated.chance
+    return rated.chance >= 0.0
 
 
 def _example(storage: Storage) -> tuple[Any, ...]:
+    column = storage.zeros(len(STRIKE_SPEEDS), ELEVATION_COUNT)
+    strikes = CentralStrikes(*(column,) * 5)
+    raising = example_raising(storage)
     return (
-        example_layout(storage),
-        storage.array(np.zeros((1, 1, 2))),
-        storage.array(np.zeros((1, 1), np.int64)),
+        *example_tables(storage),
         0,
-        PlayerRecord(storage.zeros(len(STRIKE_SPEEDS), ELEVATION_COUNT, COLUMNS), *(1.0,) * 10),
-        storage.zeros(2, ANGLES, SPEED_COUNT, 2),
-        storage.zeros(POCKETS),
+        PlayerRecord(strikes, *(1.0,) * 6, raising, storage.zeros(5)),
         storage.records(DirectShot, 1),
     )
 
@@ -463,12 +334,12 @@ def _example(storage: Storage) -> tuple[Any, ...]:
 @entry(_example)
 def find_direct_shots(
     layout: PackedTable,
+    openings: Floats,
+    axes: Floats,
     places: Floats,
     kinds: Any,
     cue: int,
     player: PlayerRecord,
-    openings: Floats,
-    axes: Floats,
     shots: list[DirectShot],
 ) -> int:
     """
@@ -476,18 +347,15 @@ def find_direct_shots(
 
     Parameters
     ----------
-    layout : PackedTable
+    layout, openings, axes
+        See `Seen`.
     places : (tables, balls, 2) floats
         Centres of the balls [m].
     kinds : (tables, balls) ints
         NO_BALL, PRESENT or LEGAL.
     cue : int
         The cue ball.
-    player : Player
-    openings : floats
-        See `openings_of`.
-    axes : (POCKETS,) floats
-        Directions into the pockets [rad].
+    player : PlayerRecord
     shots : records of DirectShot, written
         One more than there are shots at most: 6 for each legal ball, and one.
 
@@ -501,21 +369,17 @@ def find_direct_shots(
     for t in range(len(places)):
         if kinds[t][cue] == NO_BALL:
             continue
-        seen = Seen(layout.params, layout.numbers[0], places[t], kinds[t])
+        numbers, holes = layout.numbers[0], layout.pockets
+        seen = Seen(layout.params, numbers, holes, openings, axes, places[t], kinds[t])
         for ball in range(len(kinds[t])):
             if kinds[t][ball] != LEGAL:
                 continue
             for pocket in range(POCKETS):
                 shot, there = shots[found], False
                 shot.table, shot.ball, shot.pocket, shot.chance = t, ball, pocket, -1.0
-                for arrival in ARRIVALS:
-                    hole = layout.pockets[pocket]
-                    there = (
-                        rate_shot(
-                            seen, player, openings, hole, axes[pocket], arrival, cue=cue, shot=shot
-                        )
-                        or there
-                    )
+                if lies_behind(seen, cue, ball, pocket):
+                    for arrival in ARRIVALS:
+                        there = rate_shot(seen, player, arrival, cue, shot) or there
                 if there:
                     found += 1
     return found

@@ -7,11 +7,13 @@ import math
 
 import numpy as np
 
+from billiard_shot.numerics.angles import wrapped
 from billiard_shot.planning.targets import Pot
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.aim import aim
+from billiard_shot.shot.ghost_ball import cut_of_path, grazing
 from billiard_shot.shot.predict import predict
 from billiard_shot.shot.shot import Shot
 from billiard_shot.table.outline import outline_of
@@ -109,10 +111,10 @@ def deviation_of(shot: Shot, ball: str, pockets: Sequence[str]) -> Deviation | N
     real = _angle(state.velocity)
     holes = outline_of(shot.scene).holes
     ideal = {pocket: _angle(holes[POCKET_NAMES.index(pocket), :2] - there) for pocket in pockets}
-    pocket = min(ideal, key=lambda name: abs(_turn(ideal[name], real)))
+    pocket = min(ideal, key=lambda name: abs(wrapped(real - ideal[name])))
     way = _angle(before.velocity)
     # the side on which the ball leaves the path of the cue ball: turning away from it is thin
-    side = math.copysign(1.0, _turn(way, ideal[pocket]))
+    side = math.copysign(1.0, wrapped(ideal[pocket] - way))
     lines = [
         _line_of_centres(place[:2], _angle(velocity), there, 2.0 * shot.scene.ball.radius)
         for place, velocity in (
@@ -121,10 +123,10 @@ def deviation_of(shot: Shot, ball: str, pockets: Sequence[str]) -> Deviation | N
         )
     ]
     steps = [ideal[pocket], *lines, _angle(there - touch), real]
-    if None in steps or abs(_turn(way, ideal[pocket])) > 0.5 * math.pi:
+    if None in steps or abs(wrapped(ideal[pocket] - way)) > 0.5 * math.pi:
         return None
     aim, squirt, swerve, throw = (
-        -side * _turn(one, other)  # type: ignore[arg-type]
+        -side * wrapped(other - one)  # type: ignore[operator]
         for one, other in pairwise(steps)
     )
     return Deviation(ball, pocket, aim + squirt + swerve + throw, aim, squirt, swerve, throw=throw)
@@ -167,13 +169,11 @@ def straight_attempt(scene: Scene, ball: str, pocket: str) -> Shot:
 
 def _line_of_centres(start: Array, way: float, there: Array, apart: float) -> float | None:
     """Direction from a ball that goes straight to one that it touches [rad]; None if it misses."""
-    along = np.array([math.cos(way), math.sin(way)])
     away = there - start
-    ahead = float(away @ along)
-    beside = float(along[0] * away[1] - along[1] * away[0])
-    if ahead <= 0.0 or abs(beside) >= apart:
+    distance, path = math.hypot(*away), wrapped(way - _angle(away))
+    if abs(path) >= grazing(distance, apart):
         return None
-    return way + math.asin(beside / apart)
+    return way + cut_of_path(distance, apart, path)
 
 
 def _gap(shot: Shot, ball: str) -> float:
@@ -187,11 +187,6 @@ def _gap(shot: Shot, ball: str) -> float:
 
 def _angle(vector: Array) -> float:
     return math.atan2(vector[1], vector[0])
-
-
-def _turn(one: float, other: float) -> float:
-    """Angle from one direction to another, -pi to pi."""
-    return math.remainder(other - one, math.tau)
 
 
 def _side(angle: float) -> str:

@@ -1,6 +1,7 @@
 """The cue ball in hand: places from which a ball is likely to be potted, and for breaks."""
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +12,7 @@ from billiard_shot.planning.statistics import quasi_random
 from billiard_shot.planning.targets import Break, Pot, Target
 from billiard_shot.records import Array
 from billiard_shot.scene import Noise, Scene
-from billiard_shot.scene.placement import CUE_BALL, no_place
+from billiard_shot.scene.placement import CUE_BALL, head_string, no_place
 from billiard_shot.scene.player import AZIMUTH
 from billiard_shot.scene.table import Table
 from billiard_shot.table.run import POCKET_NAMES
@@ -22,7 +23,6 @@ TRIED = 1500  # places that are rated
 PLACE_SPACING = 0.15  # m, at least, between the places that are chosen
 NEAREST = 0.15  # m to the ball: from nearer the cue may hit the cue ball twice
 ALIKE = 0.01  # chance: among places that differ by less, the one with the shortest ways is better
-HEAD_STRING = -0.25  # table lengths: x of the head string; the kitchen is behind it
 # Places of breaks: table lengths behind the head string; table widths beside the middle, at most.
 BREAK_BEHIND, BREAK_BESIDE = 0.02, 0.4
 
@@ -59,15 +59,15 @@ def places_in_hand(
         name = type(target).__name__.lower()
         raise ValueError(f'place needs the target pot or break, got the target {name}')
     others = {name: xy for name, xy in scene.balls.items() if name != CUE_BALL}
-    lying = np.array(list(others.values())).reshape(-1, 2)
+    table, radius = scene.table, scene.ball.radius
+    is_break = isinstance(target, Break)
+    points = _along_head_string(table, count) if is_break else places_all_over(table, place)
+    free = [(x, y) for x, y in points.tolist() if not no_place(table, x, y, radius, others)]
     if isinstance(target, Break):
-        points = _along_head_string(scene.table, count)
-        return [(x, y) for x, y in _free_of(scene, lying, points).tolist()]
-    free = free_places(scene, lying, place)
-    radius = scene.ball.radius
+        return free
     position = np.full((len(free), 1 + len(others), 3), radius)
-    position[:, 0, :2] = free
-    position[:, 1:, :2] = lying
+    position[:, 0, :2] = np.array(free).reshape(-1, 2)
+    position[:, 1:, :2] = np.array(list(others.values())).reshape(-1, 2)
     legal = [
         name
         for name in others
@@ -81,9 +81,9 @@ def places_in_hand(
     order = best_in_hand(found)
     chosen: list[tuple[float, float]] = []
     for k in order[wanted[order]].tolist():
-        x, y = free[found.table[k]].tolist()
-        if all(math.dist((x, y), other) >= PLACE_SPACING for other in chosen):
-            chosen.append((x, y))
+        here = free[found.table[k]]
+        if all(math.dist(here, other) >= PLACE_SPACING for other in chosen):
+            chosen.append(here)
         if len(chosen) == count:
             break
     return chosen
@@ -91,7 +91,7 @@ def places_in_hand(
 
 def _along_head_string(table: Table, count: int) -> Array:
     """List places (n, 2) [m] a little behind the head string, from its middle to the side."""
-    x, y = (HEAD_STRING - BREAK_BEHIND) * table.length, BREAK_BESIDE * table.width
+    x, y = head_string(table) - BREAK_BEHIND * table.length, BREAK_BESIDE * table.width
     return np.column_stack([np.full(count, x), np.linspace(0.0, y, count)])
 
 
@@ -102,34 +102,21 @@ def best_in_hand(direct: DirectShots) -> NDArray[np.int64]:
     return order[direct.distance[order] >= NEAREST]
 
 
-def free_places(scene: Scene, others: Array, place: str) -> Array:
+def places_all_over(table: Any, place: str) -> Array:
     """
-    List places (n, 2) [m], all over the table or the kitchen, at which the cue ball can lie.
+    List places (n, 2) [m], all over the table or the kitchen, that are tried for the cue ball.
 
     Parameters
     ----------
-    scene : Scene
-        Its table and the radius of its balls.
-    others : (m, 2) float array
-        Where the other balls lie [m].
+    table : Table or State
+        Anything with a length and a width [m].
     place : str
         One of `IN_HAND_PLACES`.
 
     """
-    table = scene.table
-    assert table is not None
-    low, high = np.array([-0.5, -0.5]), np.array([0.5, 0.5])
+    low = -0.5 * np.array([table.length, table.width])
+    high = -low
     if place == 'kitchen':
-        high[0] = HEAD_STRING
-    points = (low + (high - low) * quasi_random(TRIED, 2)) * (table.length, table.width)
-    return _free_of(scene, others, points)
-
-
-def _free_of(scene: Scene, others: Array, points: Array) -> Array:
-    """Select the places (n, 2) [m] at which the cue ball neither touches a ball nor a cushion."""
-    table, radius = scene.table, scene.ball.radius
-    assert table is not None
-    apart = np.linalg.norm(points[:, np.newaxis] - others, axis=2).min(axis=1, initial=np.inf)
-    points = points[apart > 2.0 * radius]
-    lies = [not no_place(table, x, y, radius) for x, y in points.tolist()]
-    return points[lies]
+        high[0] = head_string(table)
+    points: Array = low + (high - low) * quasi_random(TRIED, 2)
+    return points

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from billiard_shot.numerics.angles import wrapped
 from billiard_shot.planning.targets import Break, Gate, Hit, Pass, Pot, Safe, Target
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.shot import Shot
@@ -120,4 +121,4 @@ def _deflection(shot: Shot, collision: TableEvent, ball: str) -> float:
         before = np.array(shot.stroke.velocity[:2])
     after = shot.run.balls[ball].at(collision.time).velocity[:2]
     turn = math.atan2(after[1], after[0]) - math.atan2(before[1], before[0])
-    return abs(math.remainder(turn, math.tau))
+    return abs(wrapped(turn))

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.planning.strikes import wrapped
+from billiard_shot.numerics.angles import wrapped
 from billiard_shot.records import Array
 from billiard_shot.scene import Noise, Robot, Scene
 from billiard_shot.scene.checks import read
@@ -18,11 +18,9 @@ from billiard_shot.scene.errors import found_in, InputError, Mistake, must_be_on
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.scene.player import A, AZIMUTH, B, ELEVATION, SPEED
 from billiard_shot.scene.values import check_type, one_or_many
-from billiard_shot.shot.refusals import FINE_ELEVATION_STEP, first_free
+from billiard_shot.shot.refusals import first_clear, Margins, margins_for
 
 BALL_CONSTRAINTS = ('first_contact', 'keep')  # constraints that name balls
-# Clearance of a planned cue, in standard deviations of its errors.
-MARGIN_SIGMAS = 3.5
 DIRECTIONS = 72  # in which the clearance of the cue is checked
 
 
@@ -39,15 +37,15 @@ class Limits:
         empty, any ball may be met first.
     keep : tuple of str
         Balls that must not be pocketed.
-    elevation_margin : float
-        Margin of the elevation above the lowest one at which the cue has clearance [rad].
+    margins : Margins
+        Of the clearance of the cue.
 
     """
 
     robot: Robot
     first_contact: tuple[str, ...]
     keep: tuple[str, ...]
-    elevation_margin: float
+    margins: Margins
 
     @property
     def elevations(self) -> tuple[float, float]:
@@ -88,11 +86,9 @@ def limits_of(scene: Scene, constraints: Mapping[str, Any] | Robot | None, noise
         Naming every wrong field.
 
     """
-    elevation_margin = MARGIN_SIGMAS * math.hypot(
-        math.radians(noise.elevation_deg), noise.b / max(scene.cue.length, scene.ball.radius)
-    )
+    margins = margins_for(noise, scene.ball.radius)
     if isinstance(constraints, Robot):
-        return Limits(constraints, (), (), elevation_margin)
+        return Limits(constraints, (), (), margins)
     if constraints is None:
         constraints = {}
     check_type('constraints', constraints, Mapping)
@@ -110,7 +106,7 @@ def limits_of(scene: Scene, constraints: Mapping[str, Any] | Robot | None, noise
         mistakes += found_in(error)
     if mistakes:
         raise InputError(mistakes, 'constraints')
-    return Limits(robot, chosen['first_contact'], chosen['keep'], elevation_margin)
+    return Limits(robot, chosen['first_contact'], chosen['keep'], margins)
 
 
 def _names(scene: Scene, key: str, value: Any, mistakes: list[Mistake]) -> tuple[str, ...]:
@@ -132,11 +128,11 @@ def raise_for_clearance(scene: Scene, limits: Limits, strokes: Array) -> Array:
     """
     lowest, highest = limits.elevations
     # with errors, a level cue may point up
-    low = np.maximum(strokes[:, ELEVATION], min(max(lowest, limits.elevation_margin), highest))
-    need = first_free(scene, strokes, low, highest, limits.elevation_margin)
+    first = max(lowest, min(limits.margins.elevation, highest))
+    low = np.maximum(strokes[:, ELEVATION], first)
     found = strokes.copy()
-    found[:, ELEVATION] = np.where(need > low, need + FINE_ELEVATION_STEP, need)
-    found[~(found[:, ELEVATION] <= highest + 1e-12)] = np.nan
+    found[:, ELEVATION] = first_clear(scene, strokes, low, highest, limits.margins)
+    found[np.isnan(found[:, ELEVATION])] = np.nan
     return found
 
 

@@ -2,41 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from itertools import chain
-from operator import attrgetter
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from billiard_shot.numerics.angles import wrapped
 from billiard_shot.planning.candidates import (
     Candidates,
-    candidates_along,
-    concatenate,
-    random_candidates,
-    Route,
-    routes_to,
-    spread_azimuth,
 )
 from billiard_shot.planning.cross_entropy import Population, population_of, refine
-from billiard_shot.planning.curved_paths import build_strike_library, curved_candidates
 from billiard_shot.planning.evaluate import Outcomes
 from billiard_shot.planning.places import draw_places, for_each
 from billiard_shot.planning.problem import Problem
 from billiard_shot.planning.runner import Runner, StoppedError
+from billiard_shot.planning.stages import GOOD, next_stage, Stage
 from billiard_shot.planning.statistics import sample_execution_noise, wilson_interval
-from billiard_shot.planning.strikes import wrapped
-from billiard_shot.planning.waypoints import combinations, Waypoint, waypoints
 from billiard_shot.records import Array
 from billiard_shot.scene.player import AZIMUTH
 
 NORMAL_BUDGET = 60_000  # simulations to which the numbers below apply
 MIN_EFFORT = 0.3  # share of these numbers for a small budget
-CANDIDATES, CANDIDATE_SHARE = 6_000, 0.3  # of a stage: at most; and as a share of the budget
-MAX_ROUTES = 24  # of each kind of route
-CURVED_COUNT, CURVED_POINTS = 360, 6  # curved candidates in all; waypoints that they are for
 REFINED = 40  # candidates of a stage that are refined
 RACERS, FINAL_STROKES = 8, 4  # strokes that race; strokes that get held-out trials
 RACE_TRIALS, MAX_RACES = 200, 5  # trials of each stroke in a race; races
@@ -45,11 +31,6 @@ WINNER_TRIALS, OTHER_TRIALS = 1500, 400  # held-out trials of the winner; of eac
 # Rounds, of which two must agree: minimum if a stroke is good; minimum if none is; maximum.
 ROUNDS_IF_GOOD, HARD_ROUNDS, MAX_ROUNDS = 2, 3, 5
 PROMISING = 0.1  # success: a stage that is worse than the best by more is not searched again
-# Success probabilities below which these are tried: combinations; routes by one cushion; curved
-# paths; routes by more cushions, and random strokes.
-DETOURS_BELOW, CUSHIONS_BELOW, CURVES_BELOW, RANDOM_BELOW = 0.9, 0.5, 0.3, 0.1
-
-cost_of = attrgetter('cost')
 
 # Two strokes are alike if they differ in every component by less than the larger of these:
 # standard deviations of the noise; a, b (ball radii), elevation, azimuth (rad) and speed (m/s).
@@ -76,15 +57,6 @@ class Found(NamedTuple):
     converged: bool  # two searches from different random numbers agree on the success
 
 
-@dataclass(slots=True)
-class Stage:
-    """Candidates of one kind, simulated without errors."""
-
-    candidates: Candidates
-    outcomes: Outcomes
-    value: float = 0.0  # of its best stroke so far
-
-
 def search(problem: Problem, runner: Runner, seed: int) -> Found:
     """
     Search until two rounds agree, the budget is spent, or the search is cancelled.
@@ -95,14 +67,14 @@ def search(problem: Problem, runner: Runner, seed: int) -> Found:
     draws = np.random.default_rng(seed)
     effort = min(1.0, max(MIN_EFFORT, runner.budget / NORMAL_BUDGET))
     stages: list[Stage] = []
-    makers = stage_candidates(problem, runner)
     found: list[Population] = []
     winners: list[float] = []  # value of the best stroke of each round
     nearest, converged = np.inf, False
     try:
         for number in range(MAX_ROUNDS):
-            first, runner.best = len(found), 0.0
-            for stage in _simulated(runner, stages, makers):
+            first, best = len(found), 0.0
+            again = _promising(stages)
+            while stage := again.pop(0) if again else next_stage(problem, runner, stages, best):
                 nearest = min(nearest, float(stage.outcomes.penalty.min()))
                 count = max(4, round(effort * REFINED))
                 chosen = choose_candidates(stage.candidates, stage.outcomes, count, draws)
@@ -112,16 +84,19 @@ def search(problem: Problem, runner: Runner, seed: int) -> Found:
                 found.append(population)
                 for better in refine(problem, runner, population, draws, effort):
                     found[-1] = better
+                if found[-1] is not population:
+                    best = max(best, float(found[-1].value[0]))
+                    runner.best = max(runner.best, best)
                 stage.value = max(stage.value, float(found[-1].value.max(initial=0.0)))
                 if runner.left <= 0:
                     break
-            best = best_of(found[first:])
-            if not len(best.strokes):
+            winner = best_of(found[first:])
+            if not len(winner.strokes):
                 break
-            winners.append(float(best.value[0]))
-            samples = int(best.samples[0])
+            winners.append(float(winner.value[0]))
+            samples = int(winner.samples[0])
             sure = wilson_interval(winners[-1] * samples, samples)[0] > SURE_SUCCESS
-            rounds = ROUNDS_IF_GOOD if max(winners) >= DETOURS_BELOW else HARD_ROUNDS
+            rounds = ROUNDS_IF_GOOD if max(winners) >= GOOD else HARD_ROUNDS
             converged = sure or (number + 1 >= rounds and _agree(winners, samples))
             if converged or runner.left <= 0:
                 break
@@ -130,98 +105,35 @@ def search(problem: Problem, runner: Runner, seed: int) -> Found:
         finalists = run_race(problem, runner, best_of(found), draws, effort)
         return Found(finalists, nearest, cancelled=False, converged=converged)
     except StoppedError:
-        best = best_of(found)
-        best = best.take(_distinct(problem, best.strokes)[:FINAL_STROKES])
+        ended = best_of(found)
+        ended = ended.take(_distinct(problem, ended.strokes)[:FINAL_STROKES])
         finalists = [
             Finalist(stroke, round(success * n), n, value, _standard_error(value, n))
             for stroke, success, value, n in zip(
-                best.strokes,
-                best.success.tolist(),
-                best.value.tolist(),
-                best.samples.tolist(),
+                ended.strokes,
+                ended.success.tolist(),
+                ended.value.tolist(),
+                ended.samples.tolist(),
                 strict=True,
             )
         ]
         return Found(finalists, nearest, cancelled=True, converged=False)
 
 
+def _promising(stages: list[Stage]) -> list[Stage]:
+    """Select the stages whose candidates are refined again in a further round."""
+    best = max((stage.value for stage in stages), default=0.0)
+    return [
+        stage
+        for stage in stages
+        if len(stage.outcomes.penalty) and stage.value >= best - PROMISING
+    ]
+
+
 def _agree(winners: list[float], samples: int) -> bool:
     """Whether the two best rounds found strokes with the same value."""
     second, first = sorted(winners)[-2:]
     return wilson_interval(second * samples, samples)[1] >= first
-
-
-def stage_candidates(problem: Problem, runner: Runner) -> Iterator[Candidates]:
-    """Yield the candidates of the stages, as far as they are needed."""
-    points = waypoints(problem, 0)
-    routes = [routes_to(problem, point, 0) for point in points]
-    direct = sorted(chain.from_iterable(routes), key=cost_of)[:MAX_ROUTES]
-    yield spread_azimuth(candidates_along(problem, direct))
-    if runner.best < DETOURS_BELOW:
-        pushed = [
-            route for point in combinations(problem) for route in routes_to(problem, point, 0)
-        ]
-        pushed = sorted(pushed, key=cost_of)[:MAX_ROUTES]
-        yield spread_azimuth(candidates_along(problem, pushed))
-    cushions = problem.scene.table is not None
-    if cushions and runner.best < CUSHIONS_BELOW:
-        yield _cushion_candidates(problem, runner, ((0, 1), (1, 0)), MAX_ROUTES)
-    if runner.best < CURVES_BELOW:  # late, because a curve takes several times as long
-        blocked = [point for point, found in zip(points, routes, strict=True) if not found]
-        yield _curved_candidates(problem, runner, blocked)
-    if cushions and runner.best < RANDOM_BELOW:
-        yield _cushion_candidates(problem, runner, ((0, 2), (2, 1)), 2 * MAX_ROUTES)
-    tried, capacity = 0, min(CANDIDATES, max(1, round(CANDIDATE_SHARE * runner.budget)))
-    while runner.left > 0 and runner.best < RANDOM_BELOW:
-        yield random_candidates(problem, capacity, tried)
-        tried += capacity
-
-
-def _simulated(
-    runner: Runner, stages: list[Stage], makers: Iterator[Candidates]
-) -> Iterator[Stage]:
-    """Yield the best stages of earlier rounds, and then further stages that are needed."""
-    best = max((stage.value for stage in stages), default=0.0)
-    yield from [stage for stage in stages if stage.value >= best - PROMISING]
-    for candidates in makers:
-        capacity = min(CANDIDATES, max(1, round(CANDIDATE_SHARE * runner.budget)), runner.left)
-        candidates = _thinned(candidates, capacity)
-        outcomes = runner.evaluate(candidates.strokes)
-        count = len(outcomes.penalty)
-        if count:  # fewer than there are candidates, if the time is up
-            stages.append(Stage(candidates.take(np.arange(count)), outcomes))
-            yield stages[-1]
-
-
-def _cushion_candidates(
-    problem: Problem, runner: Runner, cushions: Sequence[tuple[int, int]], count: int
-) -> Candidates:
-    """Make candidates along the `count` best routes for each pair of cushions, (after, before)."""
-    chosen: list[Route] = []
-    for after, before in cushions:
-        routes: list[Route] = []
-        for point in waypoints(problem, after):
-            runner.poll()
-            routes += routes_to(problem, point, before)
-        chosen += sorted(routes, key=cost_of)[:count]
-    return spread_azimuth(candidates_along(problem, chosen))
-
-
-def _curved_candidates(problem: Problem, runner: Runner, points: list[Waypoint]) -> Candidates:
-    points = sorted(points, key=lambda point: point.after)[:CURVED_POINTS]
-    if not points:
-        return candidates_along(problem, [])
-    strikes = build_strike_library(problem)
-    count = CURVED_COUNT // len(points)
-    curves = [curved_candidates(problem, strikes, each, count, runner.goes_on) for each in points]
-    return spread_azimuth(concatenate(curves))
-
-
-def _thinned(candidates: Candidates, capacity: int) -> Candidates:
-    """Select at most `capacity` candidates, evenly."""
-    if len(candidates.route) <= capacity:
-        return candidates
-    return candidates.take(np.linspace(0, len(candidates.route) - 1, capacity).astype(np.int64))
 
 
 def choose_candidates(

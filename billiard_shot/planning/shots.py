@@ -10,26 +10,26 @@ from numpy.typing import ArrayLike, NDArray
 
 from billiard_shot import machine_code
 from billiard_shot.planning.direct_shots import (
+    CentralStrikes,
     DirectShot,
     ELEVATION_COUNT,
     ELEVATION_STEP,
     find_direct_shots,
-    LEGAL,
-    NO_BALL,
     PlayerRecord,
-    PRESENT,
     STRIKE_SPEEDS,
 )
 from billiard_shot.planning.limits import limits_of
 from billiard_shot.planning.noises import noise_of
 from billiard_shot.planning.pocket_openings import AXES, openings_of
+from billiard_shot.planning.pot_directions import LEGAL, NO_BALL, PRESENT
 from billiard_shot.planning.strikes import strike_alone
-from billiard_shot.records import Array, as_rows, ROWS
+from billiard_shot.records import Array, as_rows, ROWS, Storage
 from billiard_shot.scene import Noise, Scene, SceneLike
 from billiard_shot.scene.placement import CUE_BALL
-from billiard_shot.scene.player import A, ELEVATION, OFFSETS, SPEED
+from billiard_shot.scene.player import A, B, ELEVATION, OFFSETS, SPEED
 from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.model import StrikeModel
+from billiard_shot.shot.refusals import raising_of
 from billiard_shot.table.data_frame import data_frame
 from billiard_shot.table.effects import params_on_table
 from billiard_shot.table.geometry import lay_out, POCKETS
@@ -166,23 +166,23 @@ def shots(
     kinds[~np.isfinite(places).all(axis=(1, 2)), cue] = NO_BALL
     if len(tables) > INTERPRETED_AT_MOST:
         machine_code.require()
-    player = _player(scene, noise_of(scene, noise))
+    spread = noise_of(scene, noise)
     params, table = params_on_table(scene)
     openings = openings_of(params, table)
 
     def find(part: slice) -> NDArray[np.void]:
         run = find_direct_shots.current()
         storage, array = run.storage, run.storage.array
-        room = POCKETS * int((kinds[part] == LEGAL).sum()) + 1
-        found = storage.records(DirectShot, room)
+        most = POCKETS * int((kinds[part] == LEGAL).sum()) + 1
+        found = storage.records(DirectShot, most)
         count = run(
             lay_out(storage, params, table),
+            array(openings),
+            array(AXES),
             array(places[part]),
             array(kinds[part]),
             cue,
-            player._replace(strikes=array(player.strikes)),
-            array(openings),
-            array(AXES),
+            _player(storage, scene, spread, len(tables.names)),
             found,
         )
         rows = as_rows(DirectShot, found)[:count]
@@ -228,27 +228,29 @@ def _legal(
     return np.array([name in wanted for name in names])
 
 
-def _player(scene: Scene, noise: Noise) -> PlayerRecord:
-    """Collect the strokes and the errors of a player."""
+def _player(storage: Storage, scene: Scene, noise: Noise, balls: int) -> PlayerRecord:
+    """Collect the strokes, the limits and the errors of a player, at tables with n balls."""
     limits = limits_of(scene, None, noise)
-    robot = limits.robot
+    robot, margins = limits.robot, limits.margins
     strikes = strikes_of(model_of(scene))
     playable = np.isfinite(strikes).all(axis=(0, 2))
     steepest = ELEVATION_STEP * (int(np.argmin(np.append(playable, False))) - 1)
     lowest, highest = limits.elevations
     a, _, _, azimuth, speed = noise.sigmas(scene.ball.radius).tolist()
+    raising = raising_of(storage, scene, min(highest, steepest), margins.elevation)
+    around = raising.around._replace(balls=storage.zeros(balls, 2))
+    stroke = np.zeros(len(OFFSETS))
+    stroke[B] = -margins.b
     return PlayerRecord(
-        np.nan_to_num(strikes),
+        CentralStrikes(*map(storage.array, np.nan_to_num(strikes).transpose(2, 0, 1))),
         a,
         azimuth,
         speed,
-        limits.elevation_margin,
-        lowest,
-        highest=min(highest, steepest),
-        slowest=float(robot.speed_min),
-        fastest=float(robot.speed_max),
-        cue_length=float(scene.cue.length),
-        ferrule_radius=float(scene.cue.ferrule_radius),
+        float(robot.speed_min),
+        float(robot.speed_max),
+        max(lowest, margins.elevation),
+        raising._replace(around=around),
+        storage.array(stroke),
     )
 
 

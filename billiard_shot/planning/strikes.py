@@ -15,12 +15,6 @@ from billiard_shot.status import Status
 STRIKE_TOLERANCE = 1e-6  # m, of the trajectories
 
 
-def wrapped(angles: Array) -> Array:
-    """Return the same angles from -pi to pi."""
-    within: Array = np.remainder(angles + np.pi, 2.0 * np.pi) - np.pi
-    return within
-
-
 class Struck(NamedTuple):
     """
     Ball and cue after n strikes.

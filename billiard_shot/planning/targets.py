@@ -401,11 +401,7 @@ def _place(
 ) -> Iterator[Mistake]:
     """Mistakes of a point from which the centre of the cue ball may be at most `radius` away."""
     off = list(_on_table(scene, key, place))
-    if (
-        not off
-        and scene.table is not None
-        and (why := no_place(scene.table, *place, scene.ball.radius))
-    ):
+    if not off and (why := no_place(scene.table, *place, scene.ball.radius)):
         off = [Mistake((key,), must_be(why, place, 'm'))]
     yield from off
     for other, there in lying(scene).items():

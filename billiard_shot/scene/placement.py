@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import combinations, count
 import math
+from types import MappingProxyType
 from typing import Any
 
 from billiard_shot.numerics import rounding
@@ -12,22 +13,35 @@ CUE_BALL = 'cue'
 UNPLACED = "; ball 'cue' has no position, so it lies at [0, 0]"
 # Largest depth of a moving ball in a nose [radii]: at 20 m/s a ball reaches 0.4.
 PRESSED = 0.5
+NO_BALLS: Mapping[str, Sequence[float]] = MappingProxyType({})
 
 
 def overlapping_balls(scene: Any) -> Iterator[Mistake]:
     """One mistake for each pair of balls that overlap."""
-    diameter = 2.0 * scene.ball.radius
     unplaced = '' if CUE_BALL in scene.balls else UNPLACED
-    for (one, here), (other, there) in combinations(lying(scene).items(), 2):
-        overlap = diameter - math.dist(here, there)
-        if overlap > rounding.PLACE:
-            yield Mistake(
-                ('balls', other),
-                (
-                    f'must be at least {1e3 * diameter:.4g} mm from ball {one!r}, got '
-                    f'{1e3 * (diameter - overlap):.4g} mm' + unplaced * (one == CUE_BALL)
-                ),
-            )
+    for one, other, why in overlaps(lying(scene), scene.ball.radius):
+        text = must_be(why, list(scene.balls[other]), 'm') + unplaced * (one == CUE_BALL)
+        yield Mistake(('balls', other), text)
+
+
+def overlaps(
+    places: Mapping[str, Sequence[float]], radius: float
+) -> Iterator[tuple[str, str, str]]:
+    """Yield each pair of balls that overlap, and where the second one must be instead."""
+    for (one, there), (other, place) in combinations(places.items(), 2):
+        if why := too_near(place, one, there, radius):
+            yield one, other, why
+
+
+def too_near(place: Sequence[float], other: str, there: Sequence[float], radius: float) -> str:
+    """Say where a ball must be if at a place [m] it overlaps another one; empty if not."""
+    overlap = 2.0 * radius - math.dist(place, there)
+    if overlap <= rounding.PLACE:
+        return ''
+    return (
+        f'at least {2e3 * radius:.4g} mm from ball {other!r}, which it overlaps by '
+        f'{1e3 * overlap:.3g} mm'
+    )
 
 
 def lying(scene: Any) -> dict[str, tuple[float, float]]:
@@ -37,30 +51,44 @@ def lying(scene: Any) -> dict[str, tuple[float, float]]:
 
 def balls_off_the_table(scene: Any) -> Iterator[Mistake]:
     """One mistake for each ball in a cushion, outside of the table, or over a pocket."""
-    if scene.table is not None:
-        for name, (x, y) in scene.balls.items():
-            if why := no_place(scene.table, x, y, scene.ball.radius):
-                yield Mistake(('balls', name), must_be(why, [x, y], 'm'))
+    for name, (x, y) in scene.balls.items():
+        if why := no_place(scene.table, x, y, scene.ball.radius):
+            yield Mistake(('balls', name), must_be(why, [x, y], 'm'))
+
+
+def head_string(table: Any) -> float:
+    """Return x of the head string [m] (WPA Equipment Specifications: a quarter of the length)."""
+    return -0.25 * float(table.length)
 
 
 def in_hand(scene: Any, others: Mapping[str, tuple[float, float]]) -> tuple[float, float]:
     """Find the free place of the head string that is nearest to its middle (x, y) [m]."""
-    x = -0.25 * scene.table.length if scene.table is not None else 0.0
-    step, apart = 0.25 * scene.ball.radius, 2.0 * scene.ball.radius
-    tried = (sign * i * step for i in count() for sign in (1.0, -1.0))
-    return next(
-        (x, y) for y in tried if all(math.dist((x, y), place) > apart for place in others.values())
-    )
+    x = head_string(scene.table) if scene.table is not None else 0.0
+    radius = scene.ball.radius
+    tried = (sign * i * 0.25 * radius for i in count() for sign in (1.0, -1.0))
+    return next((x, y) for y in tried if not no_place(None, x, y, radius, others))
 
 
-def no_place(table: Any, x: float, y: float, radius: float, pressed: float = 0.0) -> str:
+def no_place(
+    table: Any,
+    x: float,
+    y: float,
+    radius: float,
+    others: Mapping[str, Sequence[float]] = NO_BALLS,
+    pressed: float = 0.0,
+) -> str:
     """
     Say where a ball must lie if it cannot lie at (x, y) [m]; empty if it can.
 
-    It can between the noses, and in a pocket's mouth.
-
-    The ball may be in a nose up to the depth `pressed` [m].
+    It can lie between the noses, and in a pocket's mouth, where it overlaps none of the others.
+    The ball may be in a nose up to the depth `pressed` [m]. If `table` is None, only the others
+    are in the way.
     """
+    for other, there in others.items():
+        if why := too_near((x, y), other, there, radius):
+            return why
+    if table is None:
+        return ''
     # a nose is higher than the centre of a ball, so their horizontal distance is below a radius
     standoff = 2.0 * radius * math.sqrt(table.cushion.height * (1.0 - table.cushion.height))
     standoff -= pressed
@@ -100,7 +128,7 @@ def no_start(
     beyond = abs(x) > 0.5 * table.length or abs(y) > 0.5 * table.width
     if z - radius > rounding.PLACE and not beyond:
         return ''
-    return no_place(table, x, y, radius, PRESSED * radius if any(velocity) else 0.0)
+    return no_place(table, x, y, radius, pressed=PRESSED * radius if any(velocity) else 0.0)
 
 
 def _between_noses(pocket: Any, out: float, aside: float, standoff: float) -> bool:

@@ -10,6 +10,7 @@ from typing import Any, ClassVar, Protocol, Self, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from billiard_shot.numerics.angles import wrapped
 from billiard_shot.scene.checks import check
 from billiard_shot.scene.errors import Mistake
 from billiard_shot.scene.fields import number
@@ -187,8 +188,7 @@ class Noise:
         played[over, A] *= -1.0
         played[over, B] *= -1.0
         played[over, ELEVATION] = math.pi - played[over, ELEVATION]
-        turned = played[over, AZIMUTH] + 2.0 * math.pi
-        played[over, AZIMUTH] = np.remainder(turned, math.tau) - math.pi
+        played[over, AZIMUTH] = wrapped(played[over, AZIMUTH] + math.pi)
         played[..., SPEED] = np.maximum(played[..., SPEED], MIN_NOISY_SPEED)
         return played
 

@@ -10,16 +10,14 @@ the same rack in every process, on every machine.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-import itertools
 import math
 import random
 from typing import Any
 
-from billiard_shot.numerics import rounding
 from billiard_shot.scene.checks import check
 from billiard_shot.scene.errors import Mistake
 from billiard_shot.scene.fields import choice, number, whole_number
-from billiard_shot.scene.placement import lying, no_place
+from billiard_shot.scene.placement import lying, no_place, overlaps, too_near
 
 Place = tuple[float, float]
 
@@ -97,16 +95,15 @@ def rack_in_the_way(scene: Any) -> Iterator[Mistake]:
         return
     radius = scene.ball.radius
     rack = racked(scene.rack, scene.table, radius)
-    for (name, place), (other, site) in itertools.combinations(rack.items(), 2):
-        if math.dist(place, site) < 2.0 * radius - rounding.PLACE:
-            yield Mistake(('rack',), f'puts balls {name!r} and {other!r} into each other')
+    for name, other, _ in overlaps(rack, radius):
+        yield Mistake(('rack',), f'puts balls {name!r} and {other!r} into each other')
     for name, (x, y) in rack.items():
         if name in scene.balls:
             yield Mistake(('balls', name), 'is there twice; the rack has a ball of this name')
         elif why := no_place(scene.table, x, y, radius):
             yield Mistake(('rack',), f'must put ball {name!r} {why}, got ({x:.4g}, {y:.4g}) (m)')
         for other, place in lying(scene).items():
-            if other != name and math.dist(place, (x, y)) < 2.0 * radius - rounding.PLACE:
+            if other != name and too_near(place, name, (x, y), radius):
                 yield Mistake(('balls', other), f'overlaps ball {name!r} of the rack')
 
 

@@ -8,16 +8,17 @@ import math
 
 import numpy as np
 
+from billiard_shot.numerics.angles import wrapped
 from billiard_shot.scene import Scene, SceneLike
 from billiard_shot.scene.errors import must_be_one_of, refused
 from billiard_shot.scene.placement import CUE_BALL
+from billiard_shot.shot.ghost_ball import path_of_cut, path_of_line
 from billiard_shot.shot.predict import predict
-from billiard_shot.shot.refusals import lowest_elevation
+from billiard_shot.shot.refusals import lowest_elevation, Margins, margins_for
 from billiard_shot.shot.stroke import read_angle, read_numbers, Stroke
 from billiard_shot.table.outline import outline_of
 from billiard_shot.table.run import POCKET_NAMES
 
-CLEARANCE_SIGMAS = 3.0  # standard deviations of a player's errors for which the cue has room
 AimTarget = str | Sequence[float]  # a ball, or x and y of a point [m]
 
 
@@ -57,7 +58,7 @@ def aim(
         Pocket into whose middle the ball shall go, instead of a cut angle.
     a, b, elevation, elevation_deg : float
         As for `Stroke.from_offsets`; by default the elevation is the lowest that leaves the
-        margin, in steps of a quarter of a degree.
+        margin, to 0.05 degrees.
     margin : float
         Angle by which the cue can be lower and still has room [rad], 0 to pi/2. By default the cue
         has room for the errors of the scene's player: lower by three standard deviations of the
@@ -95,7 +96,11 @@ def aim(
         cut = cut_for_pocket(scene, target, pocket)
     azimuth = azimuth_at(scene, target, cut)
     if elevation is None:
-        elevation = _lowest_clear(scene, a, b, azimuth, speed, margin)
+        radius = scene.ball.radius
+        margins = margins_for(scene.noise, radius) if margin is None else Margins(0.0, margin)
+        rows = [[a, each, 0.0, azimuth, speed] for each in (b, b - margins.b)]
+        found = lowest_elevation(scene, rows, margin=margins.elevation).tolist()
+        elevation = max(filter(math.isfinite, found), default=0.5 * math.pi)
     stroke = Stroke.from_offsets(a, b, elevation, azimuth, speed)
     if correct_squirt:
         stroke = Stroke.from_offsets(a, b, elevation, azimuth - squirt_of(scene, stroke), speed)
@@ -105,9 +110,6 @@ def aim(
 def azimuth_at(scene: Scene, target: AimTarget, cut: float = 0.0) -> float:
     """
     Find the direction in which the cue ball meets a ball at a cut angle [rad], -pi to pi.
-
-    The cue ball, the ball and the ghost ball are the corners of a triangle with the side 2 r and,
-    at the ghost ball, the angle pi - cut.
 
     Parameters
     ----------
@@ -134,8 +136,8 @@ def azimuth_at(scene: Scene, target: AimTarget, cut: float = 0.0) -> float:
     away = _place_of(scene, target) - start
     if not abs(cut) < 0.5 * math.pi:
         raise ValueError(f'cut must be between -90 and 90, got {math.degrees(cut):.4g} (degrees)')
-    sine = 2.0 * scene.ball.radius * math.sin(cut) / math.hypot(*away)
-    return math.remainder(_heading(away) + math.asin(min(max(sine, -1.0), 1.0)), math.tau)
+    path = path_of_cut(math.hypot(*away), 2.0 * scene.ball.radius, -cut)
+    return wrapped(_heading(away) + path)
 
 
 def cut_for_pocket(scene: Scene, target: AimTarget, pocket: str) -> float:
@@ -156,9 +158,9 @@ def cut_for_pocket(scene: Scene, target: AimTarget, pocket: str) -> float:
         raise ValueError(f'pocket {must_be_one_of(POCKET_NAMES, pocket)}')
     place = _place_of(scene, target)
     way = outline_of(scene).holes[POCKET_NAMES.index(pocket), :2] - place
-    ghost = place - 2.0 * scene.ball.radius * way / math.hypot(*way)
-    line = ghost - np.array(scene.cue_ball[:2])
-    cut = math.remainder(_heading(line) - _heading(way), math.tau)
+    away = place - np.array(scene.cue_ball[:2])
+    line = wrapped(_heading(way) - _heading(away))
+    cut = path_of_line(math.hypot(*away), 2.0 * scene.ball.radius, line) - line
     if not abs(cut) < 0.5 * math.pi:
         raise ValueError(
             f'pocket must be one that ball {target!r} reaches by a cut below 90 degrees, got '
@@ -171,21 +173,7 @@ def squirt_of(scene: Scene, stroke: Stroke) -> float:
     """Angle from the line of a stroke to the direction in which the cue ball leaves [rad]."""
     alone = predict(replace(scene, table=None, balls={}), stroke)
     _, _, _, azimuth, _ = stroke.offsets
-    return math.remainder(_heading(alone.velocity) - azimuth, math.tau)
-
-
-def _lowest_clear(
-    scene: Scene, a: float, b: float, azimuth: float, speed: float, margin: float | None
-) -> float:
-    """Find the lowest elevation that leaves a margin, or room for the errors of the player."""
-    low = b
-    if margin is None:
-        sigmas = scene.noise.sigmas(scene.ball.radius)
-        _, b_error, margin, *_ = (CLEARANCE_SIGMAS * sigmas).tolist()
-        low -= b_error
-    rows = [[a, each, 0.0, azimuth, speed] for each in (b, low)]
-    found = lowest_elevation(scene, rows, margin=margin).tolist()
-    return max(filter(math.isfinite, found), default=0.5 * math.pi)
+    return wrapped(_heading(alone.velocity) - azimuth)
 
 
 def _place_of(scene: Scene, ball: str) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:

@@ -1,24 +1,29 @@
-"""How high the cue must be for each of many strokes: all elevations are tried in compiled code."""
+"""How high the cue must be for each of many strokes."""
 
-from math import isnan, nan, sqrt
+from math import nan, radians, sqrt
 from typing import Any, NamedTuple
 
 from billiard_shot.compiled import entry, inner
 from billiard_shot.records import Floats, Storage
 from billiard_shot.scene.player import A, AZIMUTH, B
-from billiard_shot.shot.clearance import NOTHING_AROUND, Surroundings
+from billiard_shot.shot.clearance import least_turn, NOTHING_AROUND, Surroundings
 from billiard_shot.shot.model import StrikeModel
 from billiard_shot.shot.strike import EXAMPLE_MODEL, refusal
 from billiard_shot.shot.stroke import axes
 from billiard_shot.status import CUE_THROUGH_BALL, CUE_THROUGH_CLOTH, CUE_THROUGH_CUSHION
 
+ELEVATION_STEP = radians(0.05)  # by which the result may exceed the lowest elevation
 
-class Trials(NamedTuple):
-    """Elevations that are tried."""
 
-    step: float  # rad
+class Raising(NamedTuple):
+    """What cues have to clear, and the elevations that are tried."""
+
+    model: StrikeModel
+    around: Surroundings
+    place: Floats  # (3,) m, centre of the cue ball
     highest: float  # rad
     margin: float  # rad: the cue must have clearance at an elevation that is lower by this as well
+    scratch: Floats  # (2, 3)
 
 
 @inner
@@ -33,49 +38,50 @@ def write_vectors(stroke: Floats, elevation: float, normal: Floats, axis: Floats
         normal[k] = (a * right[k] + b * up[k] - depth * along[k]) / length
 
 
-def _example(storage: Storage) -> tuple[Any, ...]:
-    zeros = storage.zeros
+@inner
+def clear_elevation(raising: Raising, stroke: Floats, first: float) -> float:
+    """
+    Find the lowest elevation, not below the first, at which the cue has clearance [rad], or NaN.
+
+    It is found to `ELEVATION_STEP`. Strokes that are refused for another reason have clearance.
+    The elevation of `stroke` does not count.
+    """
+    normal, axis = raising.scratch[0], raising.scratch[1]
+    elevation = first
+    while elevation <= raising.highest:
+        write_vectors(stroke, max(elevation - raising.margin, 0.0), normal, axis)
+        status = refusal(raising.model, raising.around, normal, axis, raising.place)
+        if status in (CUE_THROUGH_BALL, CUE_THROUGH_CUSHION):
+            elevation += least_turn(raising.around, normal, axis, raising.place)
+        elif status != CUE_THROUGH_CLOTH:
+            return elevation
+        elevation += ELEVATION_STEP
+    return nan
+
+
+def example_raising(storage: Storage) -> Raising:
+    """Make an example of how cues are raised."""
     around = NOTHING_AROUND.stored(storage)
-    trials = Trials(1.0, 1.0, 0.0)
-    return EXAMPLE_MODEL, around, zeros(3), zeros(1, 5), trials, zeros(2, 3), zeros(1)
+    return Raising(EXAMPLE_MODEL, around, storage.zeros(3), 1.0, 0.0, storage.zeros(2, 3))
+
+
+def _example(storage: Storage) -> tuple[Any, ...]:
+    return example_raising(storage), storage.zeros(1, 5), storage.zeros(1)
 
 
 @entry(_example)
-def write_clear_elevations(
-    model: StrikeModel,
-    around: Surroundings,
-    place: Floats,
-    strokes: Floats,
-    trials: Trials,
-    scratch: Floats,
-    elevations: Floats,
-) -> None:
+def write_clear_elevations(raising: Raising, strokes: Floats, elevations: Floats) -> None:
     """
-    Raise cues, step by step, until they have clearance.
+    Raise cues until they have clearance.
 
     Parameters
     ----------
-    model, around : StrikeModel, Surroundings
-    place : (3,) floats
-        Centre of the cue ball [m].
+    raising : Raising
     strokes : (n, 5) floats
-        See `vectors_of`; their elevations do not count.
-    trials : Trials
-    scratch : (2, 3) floats
+        See `vectors_of`.
     elevations : (n,) floats, written
-        The first that is tried for each stroke, or NaN; then the first with clearance, or NaN
-        [rad]. Strokes that are refused for another reason have clearance.
+        The first that is tried for each stroke; then the result of `clear_elevation` [rad].
 
     """
-    normal, axis = scratch[0], scratch[1]
     for i in range(len(elevations)):
-        tried, found = elevations[i], nan
-        while isnan(found):
-            write_vectors(strokes[i], max(tried - trials.margin, 0.0), normal, axis)
-            status = refusal(model, around, normal, axis, place)
-            if status not in (CUE_THROUGH_CLOTH, CUE_THROUGH_BALL, CUE_THROUGH_CUSHION):
-                found = tried
-            tried += trials.step
-            if not tried <= trials.highest + trials.step:
-                break
-        elevations[i] = found
+        elevations[i] = clear_elevation(raising, strokes[i], elevations[i])

@@ -76,6 +76,27 @@ def clearance(s: Surroundings, n: Vector, c: Vector, position: Vector) -> int:
 
 
 @inner
+def least_turn(s: Surroundings, n: Vector, c: Vector, position: Vector) -> float:
+    """
+    Find an angle by which a cue must at least be raised to have clearance [rad].
+
+    A raised cue turns about the centre of the cue ball. So nothing comes out of it by more than
+    this angle times its distance from there. Arguments as of `depth_in_ball`.
+    """
+    turn = 0.0
+    for i in range(len(s.balls)):
+        x, y = s.balls[i][0] - position[0], s.balls[i][1] - position[1]
+        z = s.ball_radius - position[2]
+        turn = max(turn, depth_in_ball(s, i, n, c, position) / sqrt(x * x + y * y + z * z))
+    for i in range(NOSES):
+        along = along_to_nose(s, i, n, c, position)
+        if along >= 0.0:
+            depth = depth_in_cushion(s, i, n, c, position) * hypot(c[0], c[1])
+            turn = max(turn, depth / (along + s.ball_radius))
+    return turn
+
+
+@inner
 def depth_in_ball(s: Surroundings, i: int, n: Vector, c: Vector, position: Vector) -> float:
     """
     How deep the cue would go into a ball [m]; negative if it has room.
@@ -105,16 +126,23 @@ def depth_in_ball(s: Surroundings, i: int, n: Vector, c: Vector, position: Vecto
 @inner
 def depth_in_cushion(s: Surroundings, i: int, n: Vector, c: Vector, position: Vector) -> float:
     """How deep the cue would go into a cushion [m]; arguments as of `depth_in_ball`."""
+    along = along_to_nose(s, i, n, c, position)
+    if along < 0.0:
+        return -inf
+    height = position[2] + s.ball_radius * n[2] - along * c[2]
+    return s.nose_height - height + thickness(s, along) / hypot(c[0], c[1])
+
+
+@inner
+def along_to_nose(s: Surroundings, i: int, n: Vector, c: Vector, position: Vector) -> float:
+    """How far behind its tip a cue is above a nose, or below it [m]; -inf: nowhere."""
     axis, sign = i // 2, 1.0 - 2.0 * (i % 2)
     half = s.half_length if axis == 0 else s.half_width
     toward = -sign * c[axis]
     if toward == 0.0:
         return -inf
     along = (half - sign * (position[axis] + s.ball_radius * n[axis])) / toward
-    if not 0.0 <= along <= s.cue_length:
-        return -inf
-    height = position[2] + s.ball_radius * n[2] - along * c[2]
-    return s.nose_height - height + thickness(s, along) / hypot(c[0], c[1])
+    return along if 0.0 <= along <= s.cue_length else -inf
 
 
 @inner

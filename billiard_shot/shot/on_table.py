@@ -5,7 +5,6 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.numerics import rounding
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL, no_place
@@ -21,14 +20,8 @@ from billiard_shot.table.task import run_tables, TableTask
 def check_place(scene: Scene, centre: Array) -> None:
     """Raise ValueError if the cue ball cannot be there, because another one is, or a cushion."""
     x, y = float(centre[0]), float(centre[1])
-    for name, (other_x, other_y) in scene.balls.items():
-        overlap = 2.0 * scene.ball.radius - np.hypot(x - other_x, y - other_y)
-        if name != CUE_BALL and overlap > rounding.PLACE:
-            raise ValueError(
-                f'position must be at least {2e3 * scene.ball.radius:.4g} mm from ball {name!r}, '
-                f'got ({x:g}, {y:g}), an overlap of {1e3 * overlap:.3g} mm'
-            )
-    if scene.table is not None and (why := no_place(scene.table, x, y, scene.ball.radius)):
+    others = {name: place for name, place in scene.balls.items() if name != CUE_BALL}
+    if why := no_place(scene.table, x, y, scene.ball.radius, others):
         raise ValueError(f'position must be {why}, got ({x:g}, {y:g}) (m)')
 
 

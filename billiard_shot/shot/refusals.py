@@ -1,15 +1,20 @@
 """Which strokes would be refused, without playing them; and how high the cue must be."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from billiard_shot.scene import Scene, SceneLike
+from billiard_shot.records import Storage
+from billiard_shot.scene import Noise, Scene, SceneLike
 from billiard_shot.scene.errors import refused
-from billiard_shot.scene.player import ELEVATION
+from billiard_shot.scene.player import B, ELEVATION
 from billiard_shot.scene.values import as_float, as_floats
-from billiard_shot.shot.clear_elevation import Trials, write_clear_elevations
+from billiard_shot.shot.clear_elevation import (
+    Raising,
+    write_clear_elevations,
+)
 from billiard_shot.shot.clearance import surroundings_of
 from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.setting import setting_of
@@ -17,8 +22,21 @@ from billiard_shot.shot.strike import cues_of
 from billiard_shot.shot.stroke import playable_offsets, vectors_of
 from billiard_shot.status import Status
 
-# Steps of the elevations that are tried [rad].
-COARSE_ELEVATION_STEP, FINE_ELEVATION_STEP = math.radians(4.0), math.radians(0.25)
+STEEPEST = math.radians(89.75)  # elevation that is tried: a vertical cue has no azimuth
+MARGIN_SIGMAS = 3.0  # standard deviations of a player's errors for which the cue has clearance
+
+
+class Margins(NamedTuple):
+    """By how much a stroke may be too low and the cue must still have clearance."""
+
+    b: float  # ball radii: in place of b
+    elevation: float  # rad
+
+
+def margins_for(noise: Noise, radius: float) -> Margins:
+    """Return the margins for the errors of a player of balls of a radius [m]."""
+    _, b, elevation, _, _ = (MARGIN_SIGMAS * noise.sigmas(radius)).tolist()
+    return Margins(b, elevation)
 
 
 def refusals_in(
@@ -70,8 +88,8 @@ def lowest_elevation(
     Returns
     -------
     (n,) float array
-        Elevations [rad], in steps of a quarter of a degree; infinite where no elevation below the
-        vertical gives the cue clearance, or no stroke can have these offsets.
+        Elevations [rad], at most 0.05 degrees above the lowest; infinite where no elevation below
+        the vertical gives the cue clearance, or no stroke can have these offsets.
 
     Raises
     ------
@@ -90,55 +108,48 @@ def lowest_elevation(
         raise ValueError(f'position must be of shape (3,), got {place.shape}')
     strokes[:, ELEVATION] = 0.0
     strokes = playable_offsets(strokes)
-    highest = 0.5 * math.pi - FINE_ELEVATION_STEP
-    level = FINE_ELEVATION_STEP * math.ceil(margin / FINE_ELEVATION_STEP)
-    begin = np.full(len(strokes), level)
-    strokes[:, ELEVATION] = first_free(scene, strokes, begin, highest, margin, place)
+    first, margins = np.full(len(strokes), margin), Margins(0.0, margin)
+    strokes[:, ELEVATION] = first_clear(scene, strokes, first, STEEPEST, margins, place)
     playable = refusals_in(scene, *vectors_of(strokes), place) == Status.OK
     return np.where(playable, strokes[:, ELEVATION], np.inf)
 
 
-def first_free(
+def first_clear(
     scene: Scene,
     strokes: NDArray[np.float64],
-    begin: NDArray[np.float64],
+    first: NDArray[np.float64],
     highest: float,
-    margin: float,
+    margins: Margins,
     position: NDArray[np.float64] | None = None,
 ) -> NDArray[np.float64]:
     """
-    Find the lowest elevations at which the cue has clearance, also if it is lower by a margin.
+    Find elevations (n,) at which the cues of strokes (n, 5) have clearance, with margins [rad].
 
-    Coarse steps come first; fine steps then look for clearance within the last coarse one.
-
-    Parameters
-    ----------
-    scene : Scene
-    strokes : (n, 5) float array
-        See `vectors_of`; their elevations do not count.
-    begin : (n,) float array
-        The first elevations that are tried [rad].
-    highest, margin : float
-        The largest of the elevations that are tried, and the margin [rad].
-    position : (3,) float array, optional
-        As of `refusals_in`.
-
-    Returns
-    -------
-    (n,) float array
-        [rad]; NaN where no elevation gives clearance. Strokes that are refused for another reason
-        have clearance.
-
+    They are the lowest ones from `first` (n,) to `highest`, or NaN; see `clear_elevation`.
     """
     run = write_clear_elevations.current()
-    storage, array = run.storage, run.storage.array
-    model, around = model_of(scene), surroundings_of(scene).stored(storage)
-    place = array(np.array(scene.cue_ball) if position is None else position)
-    rows, scratch, found = array(strokes), storage.zeros(2, 3), begin
-    for step in (COARSE_ELEVATION_STEP, FINE_ELEVATION_STEP):
-        tried = array(found.copy())
-        run(model, around, place, rows, Trials(step, highest, margin), scratch, tried)
-        found = np.asarray(tried)
-        if step == COARSE_ELEVATION_STEP:
-            found = np.maximum(found - COARSE_ELEVATION_STEP + FINE_ELEVATION_STEP, begin)
-    return found
+    storage = run.storage
+    lowered = strokes.copy()
+    lowered[:, B] -= margins.b
+    found = storage.array(first.copy())
+    raising = raising_of(storage, scene, highest, margins.elevation, position)
+    run(raising, storage.array(lowered), found)
+    return np.asarray(found)
+
+
+def raising_of(
+    storage: Storage,
+    scene: Scene,
+    highest: float,
+    margin: float,
+    position: NDArray[np.float64] | None = None,
+) -> Raising:
+    """State how cues in a scene are raised; see `Raising`."""
+    return Raising(
+        model_of(scene),
+        surroundings_of(scene).stored(storage),
+        storage.array(np.array(scene.cue_ball) if position is None else position),
+        highest,
+        margin,
+        storage.zeros(2, 3),
+    )

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from billiard_shot.numerics.angles import wrapped
 from billiard_shot.shot.shot import Shot
 from billiard_shot.table.motion import Cause, Motion
 from billiard_shot.table.trajectory import Trajectory
@@ -48,7 +49,7 @@ def distance(one: Shot, other: Shot) -> float:
 def turn(one: Shot, other: Shot) -> float:
     """Angle between the directions in which the struck ball goes in two shots [rad]."""
     angle = heading(one.trajectory) - heading(other.trajectory)
-    return abs(math.remainder(angle, math.tau))
+    return abs(wrapped(angle))
 
 
 def _stops(ball: Trajectory) -> bool:

@@ -13,18 +13,15 @@ from billiard_shot.planning.problem import Problem, problem_of
 from billiard_shot.planning.runner import Runner
 from billiard_shot.planning.search import (
     best_of,
-    CANDIDATES,
     choose_candidates,
     Finalist,
     NORMAL_BUDGET,
     REFINED,
     run_race,
-    stage_candidates,
 )
+from billiard_shot.planning.stages import KINDS, next_stage, Stage
 from billiard_shot.planning.targets import target_of
 from billiard_shot.scene import Scene
-
-STAGE_NAMES = ('straight paths', 'combinations', 'one cushion', 'curves', 'two cushions')
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -73,13 +70,11 @@ def tell(scene: Scene, ball: str, seed: int = 1) -> Story:
 
 
 def _stages(problem: Problem, runner: Runner, draws: np.random.Generator) -> Iterator[StoryStage]:
-    # The search asks for a stage only if the stages before were not good enough.
-    for name, candidates in zip(STAGE_NAMES, stage_candidates(problem, runner), strict=False):
-        outcomes = runner.evaluate(candidates.strokes[:CANDIDATES])
-        if not len(outcomes.penalty):
-            continue
-        candidates = candidates.take(np.arange(len(outcomes.penalty)))
-        chosen = choose_candidates(candidates, outcomes, REFINED, draws)
-        population = population_of(candidates.take(chosen), outcomes.take(chosen))
+    made: list[Stage] = []
+    best = 0.0
+    while len(made) < len(KINDS) and (stage := next_stage(problem, runner, made, best)):
+        chosen = choose_candidates(stage.candidates, stage.outcomes, REFINED, draws)
+        population = population_of(stage.candidates.take(chosen), stage.outcomes.take(chosen))
         refined = tuple(refine(problem, runner, population, draws, effort=1.0))
-        yield StoryStage(name, candidates.strokes, outcomes.success, refined)
+        best = max([best, *(float(last.value[0]) for last in refined[-1:])])
+        yield StoryStage(stage.name, stage.candidates.strokes, stage.outcomes.success, refined)

@@ -108,3 +108,29 @@ def snap_to_segment_end(params: BallClothParams, ball: BallRecord) -> None:
         ball.velocity[0] = 0.0
         ball.velocity[1] = 0.0
     set_rolling_spin(params, ball)
+
+
+@inner
+def speed_to_arrive(params: BallClothParams, way: float, arrival: float) -> float:
+    """Speed [m/s] with which a ball without spin has to begin to arrive at a speed after a way."""
+    share = 1.0 / rolling_share(params)
+    slide = params.sliding_friction * params.gravity
+    roll = params.rolling_resistance * params.gravity
+    if slide == 0.0:
+        return arrival
+    # it slides over share (1 - share / 2) v^2 / slide, and rolls off at (1 - share) v
+    left, sliding = 1.0 - share, share * (1.0 - 0.5 * share) / slide
+    square = (arrival * arrival + 2.0 * roll * way) / (left * left + 2.0 * roll * sliding)
+    if sliding * square > way:
+        square = arrival * arrival + 2.0 * slide * way
+    return math.sqrt(square)
+
+
+@inner
+def rolling_after(params: BallClothParams, speed: float, way: float) -> float:
+    """Surface speed of the spin over the speed, of a ball without spin at first, after a way."""
+    slide = 2.0 * params.sliding_friction * params.gravity * way
+    if slide >= speed * speed:
+        return 1.0
+    now = math.sqrt(speed * speed - slide)
+    return min((speed - now) * (rolling_share(params) - 1.0) / now, 1.0)

@@ -5,10 +5,9 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.numerics import rounding
 from billiard_shot.records import record, ROWS, Vector3
 from billiard_shot.scene import Scene
-from billiard_shot.scene.placement import no_start
+from billiard_shot.scene.placement import no_start, overlaps
 from billiard_shot.scene.values import as_floats, check_type, LARGEST
 from billiard_shot.table.motion import NOTHING
 from billiard_shot.table.trajectory import BallState
@@ -78,14 +77,9 @@ def validated_starts(scene: Scene, states: States) -> NDArray[np.void]:
     for t, i, why in in_cushions(scene, starts):
         x, y, _ = starts['position'][t, i]
         raise ValueError(f'states[{names[i]!r}].position must be {why}, got ({x:g}, {y:g}) (m)')
-    gaps = np.linalg.norm(places[:, np.newaxis] - places, axis=2) - 2.0 * radius
-    np.fill_diagonal(gaps, 0.0)
-    if gaps.min() < -rounding.PLACE:
-        i, j = divmod(int(gaps.argmin()), len(names))
-        raise ValueError(
-            f'states must keep balls {names[min(i, j)]!r} and {names[max(i, j)]!r} apart, got an '
-            f'overlap of {-gaps[i, j]:.3g} (m)'
-        )
+    lying = dict(zip(names, places.tolist(), strict=True))
+    for _, name, why in overlaps(lying, radius):
+        raise ValueError(f'states[{name!r}].position must be {why}, got {lying[name]} (m)')
     return starts
 
 

@@ -77,7 +77,11 @@ def test_a_state_is_saved_and_loaded(game, tmp_path):
         ('balls', {str(i): (0.0, 0.0) for i in range(100_000)}, "got '0'"),
         ('balls', {'\x1b[2J': (0.0, 0.0)}, 'of at most 64 printable characters'),
         ('time_left', (1.0, math.inf), 'two finite numbers'),
-        ('balls', {'1': (0, 0), '2': (0, 0.05)}, "overlaps ball '1'"),
+        (
+            'balls',
+            {'1': (0, 0), '2': (0, 0.05)},
+            "from ball '1', which it overlaps by 7.15 mm, got (0.0, 0.05) (m)",
+        ),
     ],
 )
 def test_a_state_refuses_what_makes_no_sense(field, value, allowed):

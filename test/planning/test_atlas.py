@@ -78,7 +78,7 @@ def test_places_are_all_those_where_the_balls_have_room():
             '1': (0.2, -0.3),
         }
     for layout in every - layouts:
-        with pytest.raises(ValueError, match="mm from ball 'cue', got"):
+        with pytest.raises(ValueError, match="mm from ball 'cue', which it overlaps by"):
             scene_at(SCENE, layout)
 
 
@@ -275,7 +275,7 @@ def test_a_request_that_makes_no_sense(changes, named):
         (
             SCENE,
             {'ball': '8', 'ball_at': [(0.2, -0.29)]},
-            r"ball_at must .* ball '1', got \(0.2, -0.29\), an overlap of 47.1 mm",
+            r"ball_at must .* ball '1', which it overlaps by 47.1 mm, got \(0.2, -0.29\) \(m\)",
         ),
         (
             table_with(cue=(-0.5, 0), b8=(0, 0.03)),

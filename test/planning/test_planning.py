@@ -16,6 +16,7 @@ from billiard_shot.planning.limits import limits_of, raise_for_clearance
 from billiard_shot.planning.noises import NOISES
 from billiard_shot.planning.problem import problem_of
 from billiard_shot.planning.runner import CHUNK, LARGEST_CHUNK, Runner
+from billiard_shot.planning.stages import GOOD, KINDS, next_stage
 from billiard_shot.planning.statistics import (
     chance_in_words,
     interval_in_words,
@@ -302,6 +303,21 @@ def test_raised_cues_have_room_for_their_errors():
     assert (found[:, B] == strokes[:, B]).all()
 
 
+@pytest.mark.parametrize('gap', [0.001, 0.03])
+def test_strokes_with_errors_have_room_beside_a_cushion(gap):
+    """A low tip lowers the cue over the cushion as much as a low cue does."""
+    half = 0.5 * SCENE.table.length - SCENE.ball.radius
+    scene, noise = table_with(cue=(gap - half, 0.2), b8=(0.5, 0.2)), NOISES['tournament']
+    draw = np.random.default_rng(3)
+    strokes = np.zeros((200, 5))
+    strokes[:, :2] = draw.uniform(-0.3, 0.3, (200, 2))
+    strokes[:, AZIMUTH], strokes[:, SPEED] = draw.uniform(-1.2, 1.2, 200), 1.0
+    raised = raise_for_clearance(scene, limits_of(scene, None, noise), strokes)
+    assert np.isfinite(raised).all()
+    played = noise.sample(raised, 25, draw).reshape(-1, 5)
+    assert (refusals_in(scene, *vectors_of(played)) != Status.OK).mean() < 0.003
+
+
 def test_a_problem_can_be_sent_to_another_process():
     problem = problem_of(
         SCENE,
@@ -556,3 +572,24 @@ def test_balls_that_never_rest_are_refused():
     scene = Scene.from_dict({'like': 'pool_table', 'effects': {'roll': 'off'}})
     with pytest.raises(ValueError, match='balls that never rest cannot be planned'):
         plan(scene, {'rest': (0.5, 0.0)})
+
+
+def test_a_kind_of_candidates_is_tried_only_without_a_good_stroke():
+    noise = NOISES['none']
+    problem = problem_of(
+        SCENE, target_of(SCENE, {'pot': '8'}), limits_of(SCENE, None, noise), noise
+    )
+    with ThreadPoolExecutor(1) as threads:
+        runner = Runner(problem, 4000, threads, None, None)
+        stages = []
+        assert next_stage(problem, runner, stages, best=0.0, share=0.05).name == KINDS[0].name
+        assert next_stage(problem, runner, stages, best=GOOD, share=0.05) is None
+        names = []
+        while stage := next_stage(problem, runner, stages, best=0.0, share=0.05):
+            names.append(stage.name)
+            assert len(stage.outcomes.penalty) == len(stage.candidates.strokes) <= 200
+        assert names[-2:] == ['random strokes'] * 2
+        assert runner.left == 0
+        assert [stage.name for stage in stages[: len(KINDS)]] == [kind.name for kind in KINDS]
+    below = [kind.below for kind in KINDS]
+    assert below == sorted(below, reverse=True)

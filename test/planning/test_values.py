@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from billiard_shot import plan, predict_batch, Scene, shots
-from billiard_shot.planning.in_hand import HEAD_STRING
+from billiard_shot.scene.placement import head_string
 
 TRIALS = 1500
 POCKET_8 = table_with(cue=(0.2, 0.05), b8=(0.9, 0.3), b1=(-0.9, -0.4))
@@ -78,7 +78,7 @@ def test_a_safety_leaves_no_good_shot():
 def test_a_break_pots_a_ball():
     scene = Scene.load('nine_ball')
     result = plan(scene, {'break': '1'}, budget=400, place='kitchen')
-    assert result.place[0] < HEAD_STRING * scene.table.length
+    assert result.place[0] < head_string(scene.table)
     best = result.best
     run = best.shot.run
     assert best.shot.first_contact == '1'

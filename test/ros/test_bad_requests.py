@@ -136,7 +136,7 @@ def test_a_ball_that_cannot_lie_there(start, node):
     assert client.wait_for_service()
     request = level_shot()
     for x, words in (
-        (0.0, ', an overlap of '),
+        (0.0, ', which it overlaps by '),
         (5.0, 'ball_position must be between the cushions'),
     ):
         request.ball_position.x = x

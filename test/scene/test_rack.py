@@ -193,7 +193,10 @@ def test_scenes_like_others(tmp_path):
         ('like: [1]', 'like: '),
         ('like: pool\nball: {mass: -1}', r'line 2: ball\.mass must be .*, got -1'),
         ('like: pool\nball: 3', 'line 2: ball must be a mapping, got 3'),
-        ('like: blocked\n\nball: {radius: 0.21}', r"balls\.1 must be .* from ball 'cue', got"),
+        (
+            'like: blocked\n\nball: {radius: 0.21}',
+            r"balls\.1 must be .* from ball 'cue', which it overlaps by",
+        ),
     ],
 )
 def test_mistakes_in_scenes_like_others(tmp_path, text, message):

@@ -97,7 +97,7 @@ def test_a_refused_stroke_moves_nothing():
 def test_where_the_cue_ball_cannot_be():
     scene = scene_of(cue=(-0.6, 0.1), one=(0.2, 0.12))
     with pytest.raises(
-        ValueError, match=r"position must be .* from ball 'one', got \(0\.21, 0\.12\)"
+        ValueError, match=r"position must be .* from ball 'one', which .*, got \(0\.21, 0\.12\)"
     ):
         predict(scene, stroke(), position=(0.21, 0.12))
     room = r'must be between the cushions, x from -1\.242 to 1\.242 and y from .*, got '

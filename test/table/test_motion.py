@@ -1,8 +1,10 @@
 import numpy as np
 import pytest
 from rolling import POOL, run
+from scipy.optimize import brentq
 
 from billiard_shot.status import Status
+from billiard_shot.table.cloth import rolling_after, speed_to_arrive
 from billiard_shot.table.motion import Motion
 from billiard_shot.table.trajectory import EventKind
 
@@ -115,3 +117,20 @@ def test_at_takes_any_shape_and_clamps():
     for time in (np.nan, 'x', None, [0.0, [1.0]], 10**400):
         with pytest.raises(ValueError, match='time must be finite, got'):
             path.at(time)
+
+
+@pytest.mark.parametrize('share', [0.1, 0.4, 2.0 / 3.0], ids=['dense', 'solid', 'hollow'])
+@pytest.mark.parametrize('way', [0.05, 1.0])
+@pytest.mark.parametrize('arrival', [0.0, 0.7])
+def test_a_ball_arrives_at_the_speed_asked_for(share, way, arrival):
+    """Of any moment of inertia; short ways end before the ball rolls."""
+    params = POOL._replace(inertia=share * POOL.mass * POOL.radius**2)
+    path, _, _ = run((speed_to_arrive(params, way, arrival), 0, 0), params=params)
+    if arrival == 0.0:
+        assert path.final_position[0] == pytest.approx(way, rel=1e-9)
+        return
+    time = brentq(lambda t: path.at(t).position[0] - way, 0.0, path.duration, xtol=1e-13)
+    state = path.at(time)
+    assert state.velocity[0] == pytest.approx(arrival, rel=1e-8)
+    rolls = rolling_after(params, path.at(0.0).velocity[0], way)
+    assert rolls * arrival == pytest.approx(params.radius * state.spin[1], rel=1e-7)

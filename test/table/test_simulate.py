@@ -167,7 +167,7 @@ def test_a_bad_row_has_a_status_of_its_own():
     [
         (
             {'cue': state(0, 0), '1': state(R, 0)},
-            "balls 'cue' and '1' apart, got an overlap of 0.0286",
+            r"states\['1'\]\.position must be at least 57.15 mm from ball 'cue', which it",
         ),
         (
             {'cue': state(1.3, 0)},

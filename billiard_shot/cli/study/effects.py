@@ -23,6 +23,7 @@ from billiard_shot.shot.stroke_options import (
 )
 from billiard_shot.study.effects import comparison_count, EffectStudy, study_effects
 from billiard_shot.study.sample_strokes import sample_strokes
+from billiard_shot.table.words import plural
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -57,10 +58,10 @@ def run(options: argparse.Namespace) -> int:
     scene = Scene.load(name)
     if strokes_given(options):
         played = list(strokes_from_options(options, scene).values())
-        about = f'scene {name}, {_count(len(played), "stroke")}'
+        about = f'scene {name}, {plural(len(played), "stroke")}'
     elif options.count > 0:
         played = sample_strokes(scene, options.count)
-        about = f'scene {name}, {_count(len(played), "sample stroke")}'
+        about = f'scene {name}, {plural(len(played), "sample stroke")}'
     else:
         raise ValueError(f'--count must be at least 1, got {options.count}')
     with reporting('effects', comparison_count(played)) as report:
@@ -154,7 +155,3 @@ MANY = (
     Column('direction_change_largest', 'largest', '(°)', _degrees),
     Column('simulated_if'),
 )
-
-
-def _count(number: int, thing: str) -> str:
-    return f'{number} {thing}{"s" * (number != 1)}'

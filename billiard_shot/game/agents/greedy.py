@@ -33,7 +33,7 @@ class Greedy:
         """Place the cue ball where the best direct shot has the best chance."""
         if state.phase == 'break':
             return -0.3 * state.length, 0.1 * state.width
-        places = places_to_try(self._scene, state)
+        places = places_to_try(state)
         direct = direct_shots(self._scene, state, places)
         best = best_in_hand(direct)
         x, y = places[direct.table[best[0]] if len(best) else 0].tolist()

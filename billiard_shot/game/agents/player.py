@@ -92,7 +92,7 @@ class Player:
         start = perf_counter()
         best = self._in_time(state, start)
         if not best:
-            x, y = places_to_try(self._scene, state)[0].tolist()
+            x, y = places_to_try(state)[0].tolist()
             return x, y
         there = best[0].idea.position.state
         self._planned = there, best, perf_counter() - start
@@ -150,7 +150,7 @@ class Player:
 
     def _steps(self, state: State) -> Iterator[list[Rated]]:
         """Yield the best strokes so far after each step, the best one first."""
-        places = places_to_try(self._scene, state) if state.places_cue_ball else None
+        places = places_to_try(state) if state.places_cue_ball else None
         direct = direct_shots(self._scene, state, places)
         best: list[Rated] = []
         ideas: list[Idea] = []

@@ -32,7 +32,7 @@ class RandomAgent:
 
     def place(self, state: State) -> tuple[float, float]:
         """Place the cue ball at any allowed place."""
-        x, y = self._draw.choice(places_to_try(self._scene, state)).tolist()
+        x, y = self._draw.choice(places_to_try(state)).tolist()
         return x, y
 
     def decide(self, state: State) -> Decision:

@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import product
-import math
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.numerics import rounding
 from billiard_shot.planning.atlas.request import AtlasRequest, with_defaults
 from billiard_shot.scene import Scene, Table
 from billiard_shot.scene.placement import CUE_BALL, no_place
@@ -45,9 +43,9 @@ def layouts_of(scene: Scene, request: AtlasRequest) -> tuple[Layout, ...]:
     cue_places = grid(scene.table, scene.ball.radius, request.cue_grid)
     layouts = []
     for ball in request.ball:
-        others = [there for name, there in scene.balls.items() if name not in (ball, CUE_BALL)]
+        others = {name: at for name, at in scene.balls.items() if name not in (ball, CUE_BALL)}
         for there, here in product(_ball_places(scene, request, ball), cue_places):
-            if _is_free(scene, there, others) and _is_free(scene, here, [*others, there]):
+            if _is_free(scene, there, others) and _is_free(scene, here, {**others, ball: there}):
                 layouts.append(Layout(ball, there, here))
     if not layouts:
         raise ValueError(
@@ -86,8 +84,5 @@ def _ball_places(scene: Scene, request: AtlasRequest, ball: str) -> Sequence[Pla
     return request.ball_at or (scene.balls[ball],)
 
 
-def _is_free(scene: Scene, point: Place, others: list[Place]) -> bool:
-    distance = 2.0 * scene.ball.radius - rounding.PLACE
-    return not no_place(scene.table, *point, scene.ball.radius) and all(
-        math.dist(point, other) >= distance for other in others
-    )
+def _is_free(scene: Scene, point: Place, others: dict[str, Place]) -> bool:
+    return not no_place(scene.table, *point, scene.ball.radius, others)

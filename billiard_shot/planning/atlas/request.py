@@ -7,16 +7,14 @@ from collections.abc import Iterator
 import dataclasses
 from dataclasses import dataclass, replace
 from itertools import product
-import math
 from typing import Any, ClassVar
 
-from billiard_shot.numerics import rounding
 from billiard_shot.planning.targets import pocket_field
 from billiard_shot.scene import Noise, Scene
 from billiard_shot.scene.checks import check
 from billiard_shot.scene.errors import InputError, Mistake, must_be, must_be_one_of, refused
 from billiard_shot.scene.fields import point, section, TAKES, whole_number
-from billiard_shot.scene.placement import CUE_BALL, no_place
+from billiard_shot.scene.placement import CUE_BALL, no_place, too_near
 from billiard_shot.scene.rack import Place
 from billiard_shot.scene.values import whole
 
@@ -165,12 +163,6 @@ def _wrong_positions(scene: Scene, request: AtlasRequest) -> Iterator[Mistake]:
         if why := no_place(scene.table, *place, scene.ball.radius):
             yield Mistake(('ball_at',), must_be(why, place, 'm'))
         for ball, (other, there) in product(request.ball, scene.balls.items()):
-            overlap = 2.0 * scene.ball.radius - math.dist(place, there)
-            if other not in (ball, CUE_BALL) and overlap > rounding.PLACE:
-                yield Mistake(
-                    ('ball_at',),
-                    (
-                        f'must put ball {ball!r} beside ball {other!r}, got {place}, an overlap '
-                        f'of {1e3 * overlap:.3g} mm'
-                    ),
-                )
+            why = too_near(place, other, there, scene.ball.radius)
+            if why and other not in (ball, CUE_BALL):
+                yield Mistake(('ball_at',), f'must put ball {ball!r} {why}, got {place} (m)')

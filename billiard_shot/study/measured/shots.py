@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.scene import BallBall, Scene
+from billiard_shot.scene.placement import head_string
 from billiard_shot.scene.table import Table
 from billiard_shot.table.run import TableRun
 from billiard_shot.table.simulate import simulate
@@ -150,7 +151,7 @@ def table_lengths(scene: Scene, speed: float) -> float:
     """Return the way [table lengths] of a ball that slides from the head spot along the table."""
     table = _table_of(scene)
     state = BallState(
-        np.array([-0.25 * table.length, 0.0, scene.ball.radius]),
+        np.array([head_string(table), 0.0, scene.ball.radius]),
         np.array([speed, 0.0, 0.0]),
         _NOTHING,
     )
