@@ -37,8 +37,10 @@ class Mapped(NamedTuple):
     half_sizes: Array
     coefficients: Array
 
-    def part(self, part: slice) -> 'Mapped':
-        """Return some of the strokes."""
+    def part(self, part: slice | NDArray[np.integer]) -> 'Mapped':
+        """Return some of the strokes; one stands for all."""
+        if len(self.number) == 1:
+            return self
         return self._replace(strokes=self.strokes[part], number=self.number[part])
 
     def stored(self, storage: Storage) -> 'Mapped':
@@ -50,11 +52,9 @@ SOLVED = -1
 MIRROR = 1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0  # of a motion, if a changes sign
 
 
-def all_solved(count: int) -> Mapped:
-    """Return strikes (count,) that are all to be solved."""
-    none = np.zeros((0, 3))
-    no_cells = none, none, np.zeros((0, TERMS, MOTION))
-    return Mapped(np.zeros((count, 5)), np.full(count, SOLVED), *no_cells)
+NO_CELLS = np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, TERMS, MOTION))
+ALL_SOLVED = Mapped(np.zeros((1, 5)), np.array([SOLVED]), *NO_CELLS)
+"""For any number of strokes whose strikes are to be solved."""
 
 
 @inner
