@@ -28,7 +28,7 @@ from billiard_shot.study.scipy_strike import GaveUpError, ScipyStrike
 FLOOR = 1e-13  # tolerance of the truth; the tests compare it with SciPy and the closed form
 # Total processor time [s] and number of runs at which a measurement of time ends.
 ENOUGH, MAX_RUNS = 0.02, 51
-EXACT = 1e-13  # smaller relative errors are rounding
+ONLY_ROUNDING = 1e-13  # smaller relative errors are rounding
 
 IMPULSE_STEPS = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6)  # of impulse, relative to ball mass times cue speed
 TOLERANCES = (1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12)  # relative to the approach speed
@@ -302,7 +302,9 @@ def order(points: Sequence[AccuracyPoint]) -> float:
     is above rounding. NaN if fewer than two settings count.
     """
     complete = max(p.answered for p in points)
-    told = [p for p in points if p.answered == complete and p.setting > 0.0 and p.part > EXACT]
+    told = [
+        p for p in points if p.answered == complete and p.setting > 0.0 and p.part > ONLY_ROUNDING
+    ]
     if len(told) < 2:
         return math.nan
     return median(

@@ -29,7 +29,7 @@ def compiled(function: Any) -> Any:
     return njit(cache=True, error_model='numpy')(function)
 
 
-minimize_over_disc = compiled(friction.minimize_over_disc)
+least_over_disc = compiled(friction.minimize_over_disc)
 MAX_IMPULSE_STEPS = 20_000_000
 MAX_STATES = 10_000
 CURVE_ROWS = 2_000
@@ -300,7 +300,7 @@ def friction_impulses(
                 bx += response[n + 1, i] * push[i]
                 by += response[n + 2, i] * push[i]
             axx, axy, ayy = response[n + 1, n + 1], response[n + 1, n + 2], response[n + 2, n + 2]
-            push[n + 1], push[n + 2] = minimize_over_disc(axx, axy, ayy, bx, by, radius)
+            push[n + 1], push[n + 2] = least_over_disc(axx, axy, ayy, bx, by, radius)
             moved = max(moved, abs(push[n + 1] - x), abs(push[n + 2] - y))
         if moved <= scale:
             break
