@@ -6,7 +6,7 @@ from billiard_shot.game.fitted_scene import fitted_scene
 from billiard_shot.game.game import find_game, Game, game_names
 from billiard_shot.game.outcome import Outcome, outcome_of
 from billiard_shot.game.racking import start
-from billiard_shot.game.referee import choose, judge, judge_batch, Rulings
+from billiard_shot.game.referee import choose, judge
 from billiard_shot.game.ruling import Foul, Ruling
 from billiard_shot.game.state import State
 from billiard_shot.game.tournament import agent_names, find_agent, Pairing, play, summary
@@ -20,7 +20,6 @@ __all__ = [
     'Outcome',
     'Pairing',
     'Ruling',
-    'Rulings',
     'Simulator',
     'State',
     'agent_names',
@@ -30,7 +29,6 @@ __all__ = [
     'fitted_scene',
     'game_names',
     'judge',
-    'judge_batch',
     'outcome_of',
     'play',
     'simulated',

@@ -1,6 +1,7 @@
 """Outcomes of a batch of strokes at one state, ruled on."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -8,7 +9,6 @@ from numpy.typing import NDArray
 
 from billiard_shot.game.call import Call
 from billiard_shot.game.outcome import Outcome
-from billiard_shot.game.referee import judge_batch, Rulings
 from billiard_shot.game.ruling import Ruling
 from billiard_shot.game.state import State
 from billiard_shot.scene.placement import CUE_BALL
@@ -21,7 +21,8 @@ from billiard_shot.table.table_states import TableStates
 class RuledBatch(NamedTuple):
     """Strokes that were played in a simulation, with their rulings."""
 
-    kinds: tuple[Ruling, ...]  # the different ones, see `Rulings`
+    # The different ones; their states have the balls that are left, where they were before.
+    kinds: tuple[Ruling, ...]
     kind: NDArray[np.int64]  # (n,) the ruling of each stroke
     states: TableStates  # the balls as they rest, or back where a ruling puts them
 
@@ -67,16 +68,31 @@ def rule_on(state: State, calls: Sequence[Call], run: StrokeBatch) -> RuledBatch
     columns = [run.refused, run.double_hit, run.first_met[:, cue], *balls]
     different, number = np.unique(np.array(columns, np.int64), axis=1, return_inverse=True)
     outcomes = [_outcome(state, run.names, row) for row in different.T.tolist()]
-    rulings = judge_batch(state, calls, [outcomes[i] for i in number.ravel().tolist()])
-    return RuledBatch(rulings.kinds, rulings.kind, _restored(run.states, rulings, state.radius))
+    pairs = list(zip(calls, number.ravel().tolist(), strict=True))
+    rulings = {pair: _ruling(state, pair[0], outcomes[pair[1]]) for pair in dict.fromkeys(pairs)}
+    numbers = {pair: i for i, pair in enumerate(rulings)}
+    kinds, kind = tuple(rulings.values()), np.array([numbers[pair] for pair in pairs], np.int64)
+    return RuledBatch(kinds, kind, _restored(run.states, kinds, kind, state.radius))
 
 
-def _restored(states: TableStates, rulings: Rulings, radius: float) -> TableStates:
+def _ruling(state: State, call: Call, outcome: Outcome) -> Ruling:
+    """Rule on a shot; the state has the balls that are left, where they were before."""
+    ruling = state.game.rule(state, call, outcome)
+    gone = set() if ruling.restore else outcome.gone - set(ruling.spot)
+    if ruling.state.in_hand:
+        gone |= {CUE_BALL}
+    left = {ball: place for ball, place in ruling.state.balls.items() if ball not in gone}
+    return replace(ruling, state=replace(ruling.state, balls=left))
+
+
+def _restored(
+    states: TableStates, kinds: Sequence[Ruling], kind: NDArray[np.int64], radius: float
+) -> TableStates:
     """Put the balls of a table back if its ruling restores it."""
     position, present = states.position.copy(), states.present
-    for number, ruling in enumerate(rulings.kinds):
+    for number, ruling in enumerate(kinds):
         if ruling.restore:
-            rows, balls = rulings.kind == number, ruling.state.balls
+            rows, balls = kind == number, ruling.state.balls
             present[rows] = [name in balls for name in states.names]
             for i, name in enumerate(states.names):
                 if name in balls:

@@ -1,12 +1,7 @@
 """The referee: rules on shots by their outcomes, and carries out what players choose."""
 
-from collections.abc import Sequence
 from dataclasses import replace
 import math
-from typing import NamedTuple
-
-import numpy as np
-from numpy.typing import NDArray
 
 from billiard_shot.game.call import Call, NO_CALL
 from billiard_shot.game.checks import check_call, check_outcome
@@ -44,7 +39,12 @@ def judge(
         names, for a ball or a pocket that is not there.
 
     """
-    _check_is_next(state, 'a shot', is_next=not state.choices and CUE_BALL in state.balls)
+    if state.over:
+        raise ValueError('state: the game is over; nothing more can be played')
+    if state.choices:
+        raise ValueError(f'state: waits for a choice of {", ".join(state.choices)}')
+    if CUE_BALL not in state.balls:
+        raise ValueError('state: waits for the cue ball to be placed')
     state = _with_time_taken(state, seconds)
     if state.time_left is not None and state.time_left[state.player] < 0.0:
         return _lost(state, Foul('6.15', 'the time of the player is used up'))
@@ -122,58 +122,3 @@ def _with_time_taken(state: State, seconds: float) -> State:
     if state.time_left is None:
         return state
     return replace(state, time_left=added(state.time_left, state.player, -seconds))
-
-
-def _check_is_next(state: State, what: str, *, is_next: bool) -> None:
-    if state.over:
-        raise ValueError('state: the game is over; nothing more can be played')
-    if not is_next:
-        needed = (
-            f'a choice of {", ".join(state.choices)}' if state.choices else 'the cue ball placed'
-        )
-        raise ValueError(f'state: waits for {needed}, not for {what}')
-
-
-class Rulings(NamedTuple):
-    """Rulings on many shots from one state."""
-
-    # The different rulings; their states have the balls that are left, where they were before.
-    kinds: tuple[Ruling, ...]
-    kind: NDArray[np.int64]  # (n,) which of them each shot got
-
-
-def judge_batch(
-    state: State, calls: Call | Sequence[Call], outcomes: Sequence[Outcome]
-) -> Rulings:
-    """
-    Rule on many shots from one state; balls are not moved.
-
-    Parameters
-    ----------
-    state, calls
-        As for `judge`; one call for all shots, or one for each.
-    outcomes : sequence of Outcome
-        (n,)
-
-    """
-    _check_is_next(state, 'a shot', is_next=not state.choices and CUE_BALL in state.balls)
-    many = [calls] * len(outcomes) if isinstance(calls, Call) else list(calls)
-    if len(many) != len(outcomes):
-        raise refused(len(many), f'{len(outcomes)}, as many as outcomes', 'calls')
-    rule = state.game.rule
-    numbers: dict[tuple[Call, Outcome], int] = {}
-    kind = [numbers.setdefault(pair, len(numbers)) for pair in zip(many, outcomes, strict=True)]
-    for call, outcome in numbers:
-        check_call(state, call)
-        check_outcome(state, outcome)
-    kinds = tuple(_not_settled(rule(state, call, outcome), outcome) for call, outcome in numbers)
-    return Rulings(kinds, np.array(kind, np.int64))
-
-
-def _not_settled(ruling: Ruling, outcome: Outcome) -> Ruling:
-    """Remove pocketed and lost balls from the state of a ruling."""
-    gone = set() if ruling.restore else outcome.gone - set(ruling.spot)
-    if ruling.state.in_hand:
-        gone |= {CUE_BALL}
-    left = {ball: place for ball, place in ruling.state.balls.items() if ball not in gone}
-    return replace(ruling, state=replace(ruling.state, balls=left))

@@ -14,7 +14,6 @@ from billiard_shot.game import (
     find_game,
     game_names,
     judge,
-    judge_batch,
     Outcome,
     outcome_of,
     start,
@@ -224,9 +223,6 @@ def test_what_is_not_there_is_refused_by_name(call, fields, words):
     outcome = Outcome(**{'places': state.balls} | fields)
     with pytest.raises(ValueError, match=words):
         judge(state, call, outcome)
-    if 'places' not in fields:  # a batch does not ask for them
-        with pytest.raises(ValueError, match=words):
-            judge_batch(state, call, [Outcome(), outcome])
 
 
 @pytest.mark.parametrize('seconds', [-1.0, math.nan, math.inf, '1'])
@@ -254,34 +250,6 @@ def test_a_miscue_is_legal_and_recorded():
     balls = {'cue': (0.0, 0.0)}
     shot = predict(replace(TABLE, balls=balls), Stroke.from_offsets(0.8, 0.0, 0.05, 0.0, 2.0))
     assert outcome_of(shot).miscue
-
-
-def test_a_batch_is_judged_as_each_shot_is():
-    state = replace(EIGHT, phase='play', in_hand='').with_cue_ball
-    state = replace(EIGHT.with_cue_ball(-0.7, 0.1), phase='play', in_hand='')
-    draw = np.random.default_rng(5)
-    balls, pockets = ['cue', *EIGHT.balls], ['foot_left', 'side_left']
-    outcomes, calls = [], []
-    for _ in range(200):
-        fallen = draw.choice(balls, draw.integers(0, 3), replace=False).tolist()
-        calls.append(Call(ball=str(draw.integers(1, 4)), pocket=str(draw.choice(pockets))))
-        outcomes.append(
-            Outcome(
-                draw.choice([None, '1', '8', '9']),
-                tuple((ball, str(draw.choice(pockets))) for ball in fallen),
-                to_cushion=frozenset(draw.choice(balls, draw.integers(0, 2)).tolist()),
-                places={b: p for b, p in state.balls.items() if b not in fallen},
-            )
-        )
-    rulings = judge_batch(state, calls, outcomes)
-    assert len(rulings.kinds) < len(outcomes)
-    for number, call, outcome in zip(rulings.kind, calls, outcomes, strict=True):
-        one, many = judge(state, call, outcome), rulings.kinds[number]
-        assert one.fouls == many.fouls
-        assert one.text == many.text
-        assert replace(one.state, balls={}) == replace(many.state, balls={})
-    with pytest.raises(ValueError, match='as many as outcomes'):
-        judge_batch(state, calls[1:], outcomes)
 
 
 def test_a_simulated_batch_gets_the_rulings_of_its_shots():
