@@ -68,10 +68,10 @@ def rule_on(state: State, calls: Sequence[Call], run: StrokeBatch) -> RuledBatch
     columns = [run.refused, run.double_hit, run.first_met[:, cue], *balls]
     different, number = np.unique(np.array(columns, np.int64), axis=1, return_inverse=True)
     outcomes = [_outcome(state, run.names, row) for row in different.T.tolist()]
-    pairs = list(zip(calls, number.ravel().tolist(), strict=True))
-    rulings = {pair: _ruling(state, pair[0], outcomes[pair[1]]) for pair in dict.fromkeys(pairs)}
-    numbers = {pair: i for i, pair in enumerate(rulings)}
-    kinds, kind = tuple(rulings.values()), np.array([numbers[pair] for pair in pairs], np.int64)
+    pairs = zip(calls, number.ravel().tolist(), strict=True)
+    numbers: dict[tuple[Call, int], int] = {}
+    kind = np.array([numbers.setdefault(pair, len(numbers)) for pair in pairs], np.int64)
+    kinds = tuple(_ruling(state, call, outcomes[i]) for call, i in numbers)
     return RuledBatch(kinds, kind, _restored(run.states, kinds, kind, state.radius))
 
 

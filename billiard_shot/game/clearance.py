@@ -90,5 +90,5 @@ def playable_stroke(
         allowed = f'at least {math.ceil(10.0 * lowest) / 10.0:g}, to leave room for errors'
         raise refused(elevation, allowed, 'ELEVATION', 'degrees')
     if aimed:
-        row = along_azimuth(scene, model_of(scene), row)
+        row = along_azimuth(model_of(scene), row)
     return Stroke.from_offsets(*row[0].tolist())

@@ -107,7 +107,7 @@ def _aimed(
     offsets[:, A], offsets[:, B] = scene.robot.offset_max * a, scene.robot.offset_max * b
     offsets[:, SPEED] *= factor
     offsets, playable = raised(scene, offsets)
-    return along_azimuth(scene, model_of(scene), offsets[playable]), shot[playable]
+    return along_azimuth(model_of(scene), offsets[playable]), shot[playable]
 
 
 def indirect_pots(position: Position) -> list[Idea]:

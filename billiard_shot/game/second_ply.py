@@ -100,7 +100,7 @@ def _follow(scene: Scene, states: TableStates, direct: DirectShots) -> Followed:
     strokes[:, A], strokes[:, B] = a, b
     strokes[:, ELEVATION] = np.ceil(strokes[:, ELEVATION] / LIFT_STEP) * LIFT_STEP
     strokes[:, SPEED] = np.minimum(strokes[:, SPEED] * faster, scene.robot.speed_max)
-    strokes = along_azimuth(scene, model_of(scene), strokes)
+    strokes = along_azimuth(model_of(scene), strokes)
     return Followed(row, shot, strokes, states.take(row))
 
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from billiard_shot.planning.limits import raise_for_clearance
 from billiard_shot.planning.problem import Problem
 from billiard_shot.planning.statistics import quasi_random
-from billiard_shot.planning.strikes import along_azimuth, unit_speed_strikes
+from billiard_shot.planning.strikes import along_azimuth, strike_alone
 from billiard_shot.planning.targets import Break, Pot, Rest
 from billiard_shot.planning.waypoints import (
     is_clear,
@@ -153,7 +153,7 @@ def _reach(problem: Problem) -> float:
     12/49 v^2 / (mu g) and 25/49 v^2 / (2 mu_r g).
     """
     ball = problem.model.surface
-    v = float(unit_speed_strikes(problem.scene, problem.model, np.zeros((1, 3)))[0, 0])
+    v = float(strike_alone(problem.model, np.array([[0.0, 0.0, 0.0, 0.0, 1.0]])).velocity[0, 0])
     friction, resistance = ball.sliding_friction, max(ball.rolling_resistance, 1e-4)
     slide = 12.0 / 49.0 / (friction * ball.gravity) if friction > 0.0 else 0.0
     roll = 25.0 / 98.0 / (resistance * ball.gravity)
@@ -165,7 +165,7 @@ def aim(problem: Problem, candidates: Candidates) -> Candidates:
     strokes = raise_for_clearance(problem.scene, problem.limits, candidates.strokes)
     playable = np.flatnonzero(~np.isnan(strokes).any(axis=1))
     found = candidates.take(playable)
-    aimed = along_azimuth(problem.scene, problem.model, strokes[playable])
+    aimed = along_azimuth(problem.model, strokes[playable])
     return Candidates(aimed, found.spread, found.route)
 
 

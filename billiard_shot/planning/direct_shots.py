@@ -35,8 +35,14 @@ NO_BALL, PRESENT, LEGAL = 0, 1, 2  # kinds of a ball: not on the table; on it; a
 THINNEST = math.cos(math.radians(80.0))  # cosine of the largest cut that is tried
 ARRIVALS = 0.5, 1.0, 2.0  # m/s, of the ball at the pocket
 CORNERS = 4
-# Elevations of `PlayerRecord.strikes`, and their step [rad].
+# Speeds [m/s], elevations, and their step [rad], of `PlayerRecord.strikes`.
+STRIKE_SPEEDS = 0.5, 5.0
 ELEVATION_COUNT, ELEVATION_STEP = 25, math.radians(2.5)
+# Columns of `PlayerRecord.strikes`, over the speed of the cue: velocity along the stroke, and
+# surface speed of the spin along it; changes per a, in ball radii: of the velocity across, of that
+# when the ball rolls, and of the surface speed of the spin about the vertical.
+COLUMNS = 5
+ALONG, TOP, ACROSS, ROLLING, SIDE = range(COLUMNS)
 OUT = -10.0  # rad: a bound of an interval without directions
 
 
@@ -59,11 +65,7 @@ class DirectShot:
 class PlayerRecord(NamedTuple):
     """Strokes and errors of a player."""
 
-    # (ELEVATION_COUNT, 5) of strokes at 1 m/s along +x, at elevations in steps of
-    # ELEVATION_STEP: velocity along the
-    # stroke, and surface speed of the spin along it [m/s]; changes per a, in ball radii: of the
-    # velocity across, of that when the ball rolls, and of the surface speed of the spin about the
-    # vertical.
+    # (len(STRIKE_SPEEDS), ELEVATION_COUNT, COLUMNS) at elevations in steps of ELEVATION_STEP
     strikes: Floats
     sigma_a: float  # ball radii
     sigma_azimuth: float  # rad
@@ -291,10 +293,10 @@ def side_error(
 ) -> float:
     """Deviation of the cue ball, over its way [m], per error of a in ball radii."""
     params = seen.params
-    across = interpolated_strike(player, elevation, 2) * speed
-    rolling = interpolated_strike(player, elevation, 3) * speed
-    fast = interpolated_strike(player, elevation, 0) * speed
-    slip = fast - interpolated_strike(player, elevation, 1) * speed
+    across = interpolated_strike(player, elevation, speed, ACROSS) * speed
+    rolling = interpolated_strike(player, elevation, speed, ROLLING) * speed
+    fast = interpolated_strike(player, elevation, speed, ALONG) * speed
+    slip = fast - interpolated_strike(player, elevation, speed, TOP) * speed
     share = params.inertia / (params.inertia + params.mass * params.radius * params.radius)
     deceleration = params.sliding_friction * params.gravity
     if slip <= 0.0 or deceleration == 0.0:
@@ -312,12 +314,19 @@ def side_error(
 
 
 @inner
-def interpolated_strike(player: PlayerRecord, elevation: float, column: int) -> float:
-    """Interpolate a column of `PlayerRecord.strikes`."""
+def interpolated_strike(
+    player: PlayerRecord, elevation: float, speed: float, column: int
+) -> float:
+    """Interpolate a column of `PlayerRecord.strikes`, which depends little on the speed."""
     x = min(max(elevation / ELEVATION_STEP, 0.0), ELEVATION_COUNT - 1.001)
     i = int(x)
     x -= i
-    return player.strikes[i][column] * (1.0 - x) + player.strikes[i + 1][column] * x
+    slow, fast = STRIKE_SPEEDS
+    y = min(max((speed - slow) / (fast - slow), 0.0), 1.0)
+    first, last = player.strikes[0], player.strikes[1]
+    a = first[i][column] * (1.0 - x) + first[i + 1][column] * x
+    b = last[i][column] * (1.0 - x) + last[i + 1][column] * x
+    return a * (1.0 - y) + b * y
 
 
 @inner
@@ -404,13 +413,13 @@ def rate_shot(
     if elevation > player.highest:
         return False
     begins = needed_speed(params, run, moves)
-    speed = begins / interpolated_strike(player, elevation, 0)
+    speed = begins / interpolated_strike(player, elevation, begins, ALONG)
     if speed > player.fastest:
         return False
     speed = max(speed, player.slowest)
 
     # an error of a turns the cue ball, and its side spin throws the ball
-    side = interpolated_strike(player, elevation, 4) * speed * player.sigma_a
+    side = interpolated_strike(player, elevation, speed, SIDE) * speed * player.sigma_a
     rolls = moves * roll_after(params, begins, run)
     thrown = throw(seen, cut, moves, rolls, side) - throw(seen, cut, moves, rolls, 0.0)
     # change of the line of centres per azimuth, to the other side
@@ -420,7 +429,7 @@ def rate_shot(
     sigma = math.sqrt(player.sigma_azimuth * player.sigma_azimuth + by_side * by_side)
     stops = needed_speed(params, way, 0.0) / (0.5 * (1.0 + numbers.ball_restitution))
     stops = needed_speed(params, run, stops / math.cos(cut)) / interpolated_strike(
-        player, elevation, 0
+        player, elevation, begins, ALONG
     )
     chance = within(half, sigma)
     if player.sigma_speed > 0.0:
@@ -444,7 +453,7 @@ def _example(storage: Storage) -> tuple[Any, ...]:
         storage.array(np.zeros((1, 1, 2))),
         storage.array(np.zeros((1, 1), np.int64)),
         0,
-        PlayerRecord(storage.zeros(ELEVATION_COUNT, 5), *(1.0,) * 10),
+        PlayerRecord(storage.zeros(len(STRIKE_SPEEDS), ELEVATION_COUNT, COLUMNS), *(1.0,) * 10),
         storage.zeros(2, ANGLES, SPEED_COUNT, 2),
         storage.zeros(POCKETS),
         storage.records(DirectShot, 1),

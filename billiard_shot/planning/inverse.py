@@ -1,11 +1,10 @@
 """
 The inverse strike: the stroke that gives the ball a wanted velocity and spin.
 
-Velocity and spin of the ball are proportional to the cue speed (Coulomb friction, restitution and
-springs are homogeneous), and the azimuth only rotates them (the cloth has no direction). Cue speed
-and azimuth therefore have a closed form for motion offsets a, b and elevation, which remain as the
-unknowns of a least-squares problem (variable projection; Golub and Pereyra, SIAM J. Numer. Anal.
-10, 1973).
+The azimuth only rotates velocity and spin of the ball (the cloth has no direction). It therefore
+has a closed form for given offsets a and b, elevation and speed, which remain as the unknowns of a
+least-squares problem (variable projection; Golub and Pereyra, SIAM J. Numer. Anal. 10, 1973).
+Velocity and spin are nearly proportional to the speed, which gives the first guess of it.
 """
 
 from __future__ import annotations
@@ -18,14 +17,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from billiard_shot.planning.statistics import quasi_random
-from billiard_shot.planning.strikes import motions_after, surface_speed, unit_speed_strikes
+from billiard_shot.planning.strikes import strike_alone
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene, SceneLike
 from billiard_shot.scene.errors import refused
+from billiard_shot.scene.player import A, AZIMUTH, B, ELEVATION, SPEED
 from billiard_shot.scene.values import as_floats
 from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.model import StrikeModel
-from billiard_shot.shot.stroke import SPEED_RANGE, Stroke
+from billiard_shot.shot.stroke import Stroke
 
 # Elevations of the first guesses [rad]; their offsets are those of a tip that sticks.
 START_ELEVATIONS = tuple(math.radians(degrees) for degrees in (0, 5, 15, 30, 45, 60, 75))
@@ -33,13 +33,13 @@ GUESSES = 3  # first guesses that are refined
 # If no guess leads to an exact solution: number of quasi-random starts, and how many of them are
 # refined briefly and thoroughly.
 STARTS, PURSUED, FINISHED = 1024, 24, 4
-BRIEF, THOROUGH = 8, 40  # evaluations of a refinement
+BRIEF, THOROUGH = 12, 40  # evaluations of a refinement
 START_SPACING = 0.1  # radii and rad, between starts
 RIM = 0.75  # largest a and b: farther out every tip slips
-BOUNDS = (-RIM, -RIM, 0.0), (RIM, RIM, 0.5 * math.pi)
-SLOWEST_STROKE = SPEED_RANGE[0]  # m/s, of a stroke
-EXACT = 1e-8  # relative to the wanted speed: a residual that ends the search
-QUOTIENT_STEP = 1e-6  # of the difference quotients, in radii and rad
+# Of a and b (ball radii), elevation (rad), and speed, relative to the size of the wanted motion.
+BOUNDS = (-RIM, -RIM, 0.0, 1e-3), (RIM, RIM, 0.5 * math.pi, 1e3)
+EXACT = 1e-8  # relative to the wanted motion: a residual that ends the search
+QUOTIENT_STEP = 1e-6  # of the difference quotients, in the units of `BOUNDS`
 
 
 class Inverse(NamedTuple):
@@ -57,8 +57,7 @@ def invert_strike(
     """
     Find the stroke whose velocity and spin of the cue ball are nearest to the wanted ones.
 
-    Only the strike is considered: cushions and balls in the way of the cue are ignored. The search
-    ignores double hits, which do not scale with the speed; the residual includes them.
+    Only the strike is considered: cushions and balls in the way of the cue are ignored.
 
     Parameters
     ----------
@@ -83,50 +82,67 @@ def invert_strike(
 
     """
     scene = Scene.load(scene)
-    model = model_of(scene)
-    problem = _Problem(scene, model._replace(follow_through=0.0), _wanted(scene, velocity, spin))
-    found = problem.solve()
-    azimuth, speed = problem.project(found[np.newaxis])[1:]
-    if speed[0] <= SLOWEST_STROKE:
+    problem = _Problem(scene, model_of(scene), _wanted(scene, velocity, spin))
+    residual, found = problem.solve()
+    if residual >= problem.size:
         raise ValueError(
             f'velocity must be one to which, with the spin {spin!r}, a stroke comes nearer than '
             f'a ball at rest, got {velocity!r} (m/s)'
         )
-    numbers = np.concatenate([found, azimuth, speed])
-    errors = motions_after(scene, model, numbers[np.newaxis])[0] - problem.wanted
-    return Inverse(Stroke.from_offsets(*numbers.tolist()), float(np.linalg.norm(errors)))
+    numbers = problem.strokes(found[np.newaxis])[0]
+    numbers[AZIMUTH] = problem.project(found[np.newaxis])[1][0]
+    return Inverse(Stroke.from_offsets(*numbers.tolist()), residual)
 
 
 class _Problem(NamedTuple):
-    """The least squares problem in (a, b, elevation)."""
+    """The least squares problem, whose unknowns are in the order and units of `BOUNDS`."""
 
     scene: Scene
     model: StrikeModel
     wanted: Array  # (6,) m/s
 
-    def project(self, offsets: Array) -> tuple[Array, Array, Array]:
-        """Errors (n, 6), best azimuths (n,) and speeds (n,) for offsets and elevations (n, 3)."""
-        motion = unit_speed_strikes(self.scene, self.model, offsets)
+    @property
+    def size(self) -> float:
+        """Of the wanted motion [m/s]."""
+        return float(np.linalg.norm(self.wanted))
+
+    def strokes(self, unknowns: Array) -> Array:
+        """Strokes (n, 5) with azimuth 0."""
+        strokes = np.zeros((len(unknowns), 5))
+        strokes[:, [A, B, ELEVATION, SPEED]] = unknowns
+        strokes[:, SPEED] *= self.size
+        return strokes
+
+    def project(self, unknowns: Array) -> tuple[Array, Array, Array]:
+        """Errors (n, 6), best azimuths (n,) and best factors (n,) of the motion for n rows."""
+        motion = np.concatenate(strike_alone(self.model, self.strokes(unknowns))[:2], axis=1)
         level = motion[:, [0, 3]] + 1j * motion[:, [1, 4]]
         aim = self.wanted[[0, 3]] + 1j * self.wanted[[1, 4]]
         turn = (level.conj() * aim).sum(axis=1)
         azimuth = np.angle(turn)
         upright = motion[:, [2, 5]] @ self.wanted[[2, 5]]
-        speed = (np.abs(turn) + upright) / (motion**2).sum(axis=1)
-        speed = np.where(speed > SLOWEST_STROKE, speed, SLOWEST_STROKE)  # NaN: no stroke
-        turned = level * (speed * np.exp(1j * azimuth))[:, np.newaxis]
-        errors = speed[:, np.newaxis] * motion - self.wanted
+        factor = (np.abs(turn) + upright) / (motion**2).sum(axis=1)
+        turned = level * np.exp(1j * azimuth)[:, np.newaxis]
+        errors = motion - self.wanted
         errors[:, [0, 3]] = turned.real - self.wanted[[0, 3]]
         errors[:, [1, 4]] = turned.imag - self.wanted[[1, 4]]
         errors[np.isnan(errors).any(axis=1)] = 10.0 * np.abs(self.wanted).max()
-        return errors, azimuth, speed
+        return errors, azimuth, factor
 
-    def best_of(self, starts: Array, count: int) -> Array:
-        """Select the `count` best of the starts (n, 3), `START_SPACING` from each other."""
+    def with_speeds(self, offsets: Array) -> Array:
+        """Add the best speeds to offsets and elevations (n, 3), as far as it scales the motion."""
+        unknowns = np.column_stack([offsets, np.ones(len(offsets))])
+        factor = np.nan_to_num(self.project(unknowns)[2])
+        unknowns[:, 3] = np.clip(factor, 2.0 * BOUNDS[0][3], 0.5 * BOUNDS[1][3])
+        return unknowns
+
+    def best_of(self, offsets: Array, count: int) -> Array:
+        """Select starts (count, 4) from offsets and elevations (n, 3), apart from each other."""
+        starts = self.with_speeds(offsets)
         sizes = np.linalg.norm(self.project(starts)[0], axis=1)
         chosen: list[Array] = []
         for start in starts[np.argsort(sizes, kind='stable')]:
-            if all(np.abs(start - other).max() > START_SPACING for other in chosen):
+            if all(np.abs(start - other)[:3].max() > START_SPACING for other in chosen):
                 chosen.append(start)
             if len(chosen) == count:
                 break
@@ -137,7 +153,7 @@ class _Problem(NamedTuple):
         return self.project(x[np.newaxis])[0][0]
 
     def slopes(self, x: Array) -> Array:
-        """Approximate the derivatives (6, 3) by differences towards the middle of the bounds."""
+        """Approximate the derivatives (6, 4) by differences towards the middle of the bounds."""
         step = np.where(x < 0.5 * np.add(*BOUNDS), QUOTIENT_STEP, -QUOTIENT_STEP)
         errors = self.project(np.concatenate([x[np.newaxis], x + np.diag(step)]))[0]
         rise: Array = (errors[1:] - errors[0]).T / step
@@ -167,10 +183,10 @@ class _Problem(NamedTuple):
 
     def exact(self, residual: float) -> bool:
         """Whether a residual is mere rounding."""
-        return residual <= EXACT * float(np.linalg.norm(self.wanted))
+        return residual <= EXACT * self.size
 
-    def solve(self) -> Array:
-        """Find the solution with the smallest residual, from guesses or quasi-random starts."""
+    def solve(self) -> tuple[float, Array]:
+        """Find the smallest residual and its solution, from guesses or quasi-random starts."""
         found = self.refine(self.best_of(_guesses(self.scene, self.wanted), GUESSES), THOROUGH)
         if not self.exact(found[0][0]):
             draws = quasi_random(STARTS, 3)
@@ -181,7 +197,7 @@ class _Problem(NamedTuple):
             nearer = self.refine(self.best_of(starts, PURSUED), BRIEF)
             ends = np.array([x for _, x in nearer[:FINISHED]])
             found = sorted(found + self.refine(ends, THOROUGH), key=lambda each: each[0])
-        return found[0][1]
+        return found[0]
 
 
 def _guesses(scene: Scene, wanted: Array) -> Array:
@@ -219,4 +235,4 @@ def _wanted(scene: Scene, velocity: ArrayLike, spin: ArrayLike) -> Array:
         parts.append(part)
     if not parts[0].any():
         raise ValueError(f'velocity must not be zero, got {velocity!r} (m/s)')
-    return np.concatenate([parts[0], surface_speed(scene, parts[1])])
+    return np.concatenate([parts[0], scene.ball.radius * parts[1]])

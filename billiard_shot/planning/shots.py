@@ -18,19 +18,18 @@ from billiard_shot.planning.direct_shots import (
     NO_BALL,
     PlayerRecord,
     PRESENT,
+    STRIKE_SPEEDS,
 )
 from billiard_shot.planning.limits import limits_of
 from billiard_shot.planning.noises import noise_of
 from billiard_shot.planning.pocket_openings import AXES, openings_of
+from billiard_shot.planning.strikes import strike_alone
 from billiard_shot.records import Array, as_rows, ROWS
 from billiard_shot.scene import Noise, Scene, SceneLike
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.scene.player import A, ELEVATION, OFFSETS, SPEED
 from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.model import StrikeModel
-from billiard_shot.shot.on_table import strike
-from billiard_shot.shot.stroke import vectors_of
-from billiard_shot.status import Status
 from billiard_shot.table.data_frame import data_frame
 from billiard_shot.table.effects import params_on_table
 from billiard_shot.table.geometry import lay_out, POCKETS
@@ -38,9 +37,7 @@ from billiard_shot.table.run import POCKET_NAMES
 from billiard_shot.table.table_states import ManyStates, table_states, TableStates
 from billiard_shot.table.threads import in_threads, INTERPRETED_AT_MOST
 
-UNSCALED_SPEED = 2.0  # m/s of the strokes whose strikes are scaled to other speeds
 OFFSET = 0.02  # ball radii: error of a whose effect is extrapolated
-UNSCALED_TOLERANCE = 1e-4  # m, of these strokes
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -236,7 +233,7 @@ def _player(scene: Scene, noise: Noise) -> PlayerRecord:
     limits = limits_of(scene, None, noise)
     robot = limits.robot
     strikes = strikes_of(model_of(scene))
-    playable = np.isfinite(strikes).all(axis=1)
+    playable = np.isfinite(strikes).all(axis=(0, 2))
     steepest = ELEVATION_STEP * (int(np.argmin(np.append(playable, False))) - 1)
     lowest, highest = limits.elevations
     a, _, _, azimuth, speed = noise.sigmas(scene.ball.radius).tolist()
@@ -258,22 +255,20 @@ def _player(scene: Scene, noise: Noise) -> PlayerRecord:
 @lru_cache(maxsize=8)
 def strikes_of(model: StrikeModel) -> Array:
     """Solve the strokes of `PlayerRecord.strikes`; NaN where they cannot be played."""
-    strokes = np.zeros((3, ELEVATION_COUNT, 5))
+    strokes = np.zeros((3, len(STRIKE_SPEEDS), ELEVATION_COUNT, 5))
     strokes[..., ELEVATION] = ELEVATION_STEP * np.arange(ELEVATION_COUNT)
-    strokes[..., SPEED] = UNSCALED_SPEED
-    strokes[1, :, A], strokes[2, :, A] = -OFFSET, OFFSET
-    surface = model.surface
-    solved = strike(model, *vectors_of(strokes.reshape(-1, 5)), UNSCALED_TOLERANCE)
-    motions = (
-        np.concatenate([solved['velocity'], surface.radius * solved['spin']], axis=1)
-        / UNSCALED_SPEED
+    strokes[..., SPEED] = np.reshape(STRIKE_SPEEDS, (-1, 1))
+    strokes[1, ..., A], strokes[2, ..., A] = -OFFSET, OFFSET
+    struck = strike_alone(model, strokes.reshape(-1, 5))
+    velocity, surface = (
+        each.reshape(*strokes.shape[:-1], 3) / strokes[..., [SPEED]] for each in struck[:2]
     )
-    motions[solved['status'] >= Status.MISS] = np.nan
-    middle, right, left = motions.reshape(3, ELEVATION_COUNT, 6)
-    change = (left - right) / (2.0 * OFFSET)
+    across, turning = ((each[2] - each[1]) / (2.0 * OFFSET) for each in (velocity, surface))
     # a ball that rolls has the angular momentum about its lowest point that it had before
-    share = surface.inertia / (surface.inertia + surface.mass * surface.radius**2)
-    rolling = (1.0 - share) * change[:, 1] - share * change[:, 3]
-    strikes = np.stack([middle[:, 0], middle[:, 4], change[:, 1], rolling, change[:, 5]], axis=1)
+    ball = model.surface
+    share = ball.inertia / (ball.inertia + ball.mass * ball.radius**2)
+    rolling = (1.0 - share) * across[..., 1] - share * turning[..., 0]
+    along, top = velocity[0, ..., 0], surface[0, ..., 1]
+    strikes = np.stack([along, top, across[..., 1], rolling, turning[..., 2]], axis=-1)
     strikes.flags.writeable = False
     return strikes

@@ -1,14 +1,13 @@
 """
 Local maps of the strike: cubic polynomials in place of solved impacts.
 
-As long as the contacts are linear and the cue strikes once, velocity and spin of the ball are
-proportional to the cue speed, and the azimuth only turns them. They are then a function of the
-offsets a and b and of the elevation. A map divides these into cells, and fits a polynomial to
-exact strikes in each cell that a search needs. A cell is used only if other exact strikes, which
-had no part in the fit, agree with it. A cell with miscues, kinks or discontinuities, or in which
-the tip meets the ball twice in a strike, is divided into eight, and each of these is fitted where
-a search needs it. Strokes in cells that are too small to be divided, or that have few strokes, are
-solved exactly. The sign of a mirrors a strike.
+The azimuth of a stroke only turns velocity and spin of the ball. Over the speed of the cue, these
+are a function of the offsets a and b, of the elevation, and a little of that speed. A map divides
+the four into cells, and fits a polynomial to exact strikes in each cell that a search needs. A
+cell is used only if other exact strikes, which had no part in the fit, agree with it. A cell with
+miscues, kinks or discontinuities, or in which the tip meets the ball twice in a strike, is divided
+into 16, and each of these is fitted where a search needs it. Strokes in cells that are too small
+to be divided, or that have few strokes, are solved exactly. The sign of a mirrors a strike.
 
 Cells that choose strokes may have larger errors than those with which their success is stated.
 """
@@ -22,47 +21,42 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from billiard_shot.planning.statistics import quasi_random
+from billiard_shot.planning.strikes import strike_alone
 from billiard_shot.records import Array
-from billiard_shot.scene.player import SPEED
-from billiard_shot.shot.mapped_strike import DEGREE, Mapped, MOTION, SOLVED, TERMS
+from billiard_shot.scene.player import A, AZIMUTH, B, SPEED
+from billiard_shot.shot.mapped_strike import EXPONENTS, Mapped, MOTION, SOLVED, TERMS, VARIED
 from billiard_shot.shot.model import StrikeModel
-from billiard_shot.shot.on_table import strike
-from billiard_shot.shot.stroke import vectors_of
-from billiard_shot.status import Status
 
-SIZES = np.array([0.2, 0.1, 0.08])  # of the largest cells: a and b (ball radii), elevation (rad)
+# Of the largest cells: a and b (ball radii), elevation (rad), speed (m/s).
+SIZES = np.array([0.2, 0.1, 0.08, 6.0])
 LEVELS = 4  # sizes of cells, each half of the last
 FITTED_STRIKES, HELD_OUT = 40, 14  # exact strikes in a cell
+# Their places in the cell, -1 to 1: the first are near its corners, where miscues begin.
+CORNERS = 0.98 * (2.0 * np.array(list(np.ndindex(*(2,) * len(SIZES)))) - 1.0)
+INSIDE = 2.0 * quasi_random(FITTED_STRIKES + HELD_OUT - len(CORNERS), len(SIZES)) - 1.0
+PLACES = np.concatenate([CORNERS, INSIDE])
 FEWEST = 24  # strokes of a search in a cell: with fewer, a fit does not pay
 # Errors of a map that do not matter, in standard deviations of the player: in a search, and in the
 # trials whose success is stated. A shift by the second changes a success by at most 0.8 points,
 # because the density of a normal error is at most 0.4.
 DEVIATION_SHARE, STRICT_SHARE = 0.2, 0.02
-USUAL_SPEED = 2.0  # m/s
-CELL_TOLERANCE = 1e-4  # m, of the exact strikes at 1 m/s
-EXPONENTS = np.array(
-    [
-        (i, j, k)
-        for i in range(DEGREE + 1)
-        for j in range(DEGREE + 1 - i)
-        for k in range(DEGREE + 1 - i - j)
-    ]
-)  # in the order of `write_motion`
+USUAL_SPEED, FASTEST = 2.0, 20.0  # m/s: faster strokes are not mapped
 
-Cell: TypeAlias = tuple[int, int, int, int]
+Cell: TypeAlias = tuple[int, int, int, int, int]
 """Level, and how many sizes of a cell of this level its corner is away from zero."""
 
 
 def sizes_of(level: int) -> Array:
-    """Return the sizes (3,) of the cells of a level: a, b (ball radii), elevation (rad)."""
+    """Return the sizes (4,) of the cells of a level, as of `SIZES`."""
     sizes: Array = SIZES / 2**level
     return sizes
 
 
 class Fit(NamedTuple):
-    """The strikes of a cell at 1 m/s along +x."""
+    """The strikes of a cell along +x, over the speed of the cue."""
 
-    coefficients: Array  # (terms, MOTION) for the terms of `terms_of`
+    coefficients: Array  # (TERMS, MOTION) for the terms of `terms_of`
     # (MOTION,) root mean square in held-out strikes, spins times radius; or infinite
     errors: Array
 
@@ -78,14 +72,14 @@ class Maps:
         Errors of velocity, of spin times radius, and of cue speed, that do not matter, see
         `bounds_of`.
     slower_than : float
-        Speed of the cue from which on strokes are not mapped [m/s], see `reaching_speeds`.
+        Speed of the cue from which on strokes are not mapped [m/s], see `reaching_speed`.
 
     """
 
     def __init__(self, model: StrikeModel, bounds: Array, slower_than: float = math.inf) -> None:
-        self.model, self.bounds, self.slower_than = model, bounds, slower_than
+        self.model, self.bounds, self.slower_than = model, bounds, min(slower_than, FASTEST)
         # Without errors of the player, every error of a map matters.
-        self.applies = model.exponent == 1.0 and bool(bounds.any())
+        self.applies = bool(bounds.any())
         self.fits = fits_of(model)
         self._strokes: Counter[Cell] = Counter()  # of this search so far
 
@@ -134,8 +128,8 @@ class Maps:
                     used.append(cells[i])
             number[left] = numbers[owner]
             left = left[(np.array(pays, bool) & (numbers == SOLVED))[owner]]
-        sizes = np.array([sizes_of(cell[0]) for cell in used]).reshape(-1, 3)
-        corners = np.array([cell[1:] for cell in used], float).reshape(-1, 3)
+        sizes = np.array([sizes_of(cell[0]) for cell in used]).reshape(-1, len(SIZES))
+        corners = np.array([cell[1:] for cell in used], float).reshape(-1, len(SIZES))
         coefficients = [self.fits[cell].coefficients for cell in used]
         stacked = np.array(coefficients).reshape(-1, TERMS, MOTION)
         return Mapped(strokes, number, (corners + 0.5) * sizes, 0.5 * sizes, stacked)
@@ -163,43 +157,38 @@ def bounds_of(sigmas: Array) -> Array:
         offset changes the spin of a solid ball by 5/2 of the velocity.
 
     """
-    along, spin = sigmas[4] / USUAL_SPEED, 2.5 * min(sigmas[0], sigmas[1])
-    return DEVIATION_SHARE * np.array([along, sigmas[3], along, spin, spin, spin, along])
+    along, spin = sigmas[SPEED] / USUAL_SPEED, 2.5 * min(sigmas[A], sigmas[B])
+    return DEVIATION_SHARE * np.array([along, sigmas[AZIMUTH], along, spin, spin, spin, along])
 
 
 def fit_cell(model: StrikeModel, cell: Cell) -> Fit:
     """Fit a polynomial to exact strikes in a cell, and find its error in others."""
-    draw = np.random.default_rng([index + 1000 for index in cell])
-    places = draw.uniform(-1.0, 1.0, (FITTED_STRIKES + HELD_OUT, 3))
-    strokes = np.zeros((len(places), 5))
-    strokes[:, :3] = (np.array(cell[1:]) + 0.5 + 0.5 * places) * sizes_of(cell[0])
-    strokes[:, SPEED] = 1.0
-    strikes = strike(model, *vectors_of(strokes), CELL_TOLERANCE)
-    unfit = (strikes['status'] != Status.OK) | strikes['miscue'] | (strikes['hits'] > 1)
-    if unfit.any():
-        return Fit(np.zeros((len(EXPONENTS), MOTION)), np.full(MOTION, np.inf))
-    exact = np.column_stack([strikes['velocity'], strikes['spin'], strikes['speed']])
-    terms = terms_of(places)
-    found = np.linalg.lstsq(terms[:FITTED_STRIKES], exact[:FITTED_STRIKES], rcond=None)[0]
-    errors = np.abs(terms[FITTED_STRIKES:] @ found - exact[FITTED_STRIKES:])
-    errors[:, 3:6] *= model.surface.radius
+    strokes = np.zeros((len(PLACES), 5))
+    strokes[:, VARIED] = (np.array(cell[1:]) + 0.5 + 0.5 * PLACES) * sizes_of(cell[0])
+    struck = strike_alone(model, strokes)
+    if not struck.regular.all():
+        return Fit(np.zeros((TERMS, MOTION)), np.full(MOTION, np.inf))
+    exact = np.column_stack(struck[:3]) / strokes[:, [SPEED]]
+    terms = terms_of(PLACES)
+    found: Array = np.linalg.pinv(terms[:FITTED_STRIKES]) @ exact[:FITTED_STRIKES]
+    errors: Array = terms[FITTED_STRIKES:] @ found - exact[FITTED_STRIKES:]
+    found[:, 3:6] /= model.surface.radius
     return Fit(found, np.sqrt((errors**2).mean(axis=0)))
 
 
 def terms_of(places: Array) -> Array:
-    """Terms (n, terms) of a cubic polynomial at places (n, 3) of a cell, -1 to 1."""
-    x, y, z = (np.stack([np.ones(len(places)), each, each**2, each**3]) for each in places.T)
-    i, j, k = EXPONENTS.T
-    terms: Array = (x[i] * y[j] * z[k]).T
+    """Terms (n, TERMS) of a polynomial at places (n, 4) of a cell, -1 to 1."""
+    terms: Array = np.prod(places[:, np.newaxis] ** EXPONENTS, axis=2)
     return terms
 
 
 def _cells_of(strokes: Array, level: int) -> tuple[list[Cell], NDArray[np.int64], list[int]]:
     """Find the cells of a level, the number of the cell of each stroke, and strokes in each."""
-    places = strokes[:, :3] / sizes_of(level)
+    places = strokes[:, VARIED] / sizes_of(level)
     places[:, 0] = np.abs(places[:, 0])
     indices = np.floor(places).astype(np.int64)
-    keys = (indices[:, 0] * 4096 + indices[:, 1] + 2048) * 4096 + indices[:, 2] + 2048
+    a, b, elevation, speed = indices.T
+    keys = ((a * 4096 + b + 2048) * 4096 + elevation + 2048) * 4096 + speed
     _, first, owner, counts = np.unique(
         keys, return_index=True, return_inverse=True, return_counts=True
     )

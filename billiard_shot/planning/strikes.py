@@ -1,17 +1,18 @@
-"""Velocity and spin after many strikes at once, for a cue speed of 1 m/s and azimuth 0."""
+"""The ball after strikes on an endless cloth with nothing near: many strokes at once."""
+
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from billiard_shot.records import Array
-from billiard_shot.scene import Scene
-from billiard_shot.scene.player import SPEED
+from billiard_shot.scene.player import AZIMUTH
 from billiard_shot.shot.model import StrikeModel
 from billiard_shot.shot.on_table import strike
 from billiard_shot.shot.stroke import vectors_of
 from billiard_shot.status import Status
 
-# Trajectory tolerance on an endless cloth at a cue speed of 1 m/s: strikes are solved to 1e-12.
-STRIKE_TOLERANCE = 1e-11  # m
+STRIKE_TOLERANCE = 1e-6  # m, of the trajectories
 
 
 def wrapped(angles: Array) -> Array:
@@ -20,52 +21,43 @@ def wrapped(angles: Array) -> Array:
     return within
 
 
-def unit_speed_strikes(scene: Scene, model: StrikeModel, offsets: Array) -> Array:
+class Struck(NamedTuple):
     """
-    Solve strikes with a cue speed of 1 m/s and azimuth 0.
+    Ball and cue after n strikes.
 
-    Parameters
+    Attributes
     ----------
-    scene, model : Scene, StrikeModel
-    offsets : (n, 3) float array
-        a and b in ball radii, and the elevation [rad].
-
-    Returns
-    -------
-    (n, 6) float array
-        Velocity, and spin times radius [m/s]; NaN for strokes that cannot be played.
+    velocity, surface : (n, 3) float arrays
+        Velocity of the ball, and its spin times its radius [m/s]; NaN if the stroke cannot be
+        played.
+    cue_speed : (n,) float array
+        [m/s]
+    regular : (n,) bool array
+        Whether the strike was solved, with one hit and without a miscue.
 
     """
-    strokes = np.zeros((len(offsets), 5))
-    strokes[:, :3] = offsets
-    strokes[:, SPEED] = 1.0
-    return motions_after(scene, model, strokes)
+
+    velocity: Array
+    surface: Array
+    cue_speed: Array
+    regular: NDArray[np.bool_]
 
 
-def along_azimuth(scene: Scene, model: StrikeModel, strokes: Array) -> Array:
+def strike_alone(model: StrikeModel, strokes: Array) -> Struck:
+    """Strike the ball with strokes (n, 5), see `vectors_of`."""
+    cues = strike(model, *vectors_of(strokes), STRIKE_TOLERANCE)
+    played = np.where(cues['status'] < Status.MISS, 1.0, np.nan)
+    regular = (cues['status'] == Status.OK) & ~cues['miscue'] & (cues['hits'] == 1)
+    velocity, spin = (played[:, np.newaxis] * cues[name] for name in ('velocity', 'spin'))
+    return Struck(velocity, model.surface.radius * spin, played * cues['speed'], regular)
+
+
+def along_azimuth(model: StrikeModel, strokes: Array) -> Array:
     """Turn strokes (n, 5) so that the ball, not the cue, starts along their azimuth."""
-    # the direction in which the ball starts, relative to the azimuth, depends on neither speed
-    # nor azimuth
-    offsets, which = np.unique(strokes[:, :3].round(6), axis=0, return_inverse=True)
-    motion = unit_speed_strikes(scene, model, offsets)[which.ravel()]
+    along_x = strokes.copy()
+    along_x[:, AZIMUTH] = 0.0
+    different, which = np.unique(along_x.round(6), axis=0, return_inverse=True)
+    x, y, _ = strike_alone(model, different).velocity[which.ravel()].T
     turned = strokes.copy()
-    turned[:, 3] -= np.nan_to_num(np.arctan2(motion[:, 1], motion[:, 0]))
+    turned[:, AZIMUTH] -= np.nan_to_num(np.arctan2(y, x))
     return turned
-
-
-def motions_after(scene: Scene, model: StrikeModel, strokes: Array) -> Array:
-    """
-    Solve strikes; return velocity, and spin times radius (n, 6) [m/s].
-
-    Strokes (n, 5) are as in `vectors_of`. The result is NaN for strokes that cannot be played.
-    """
-    strikes = strike(model, *vectors_of(strokes), STRIKE_TOLERANCE)
-    result = np.concatenate([strikes['velocity'], surface_speed(scene, strikes['spin'])], axis=1)
-    result[strikes['status'] >= Status.MISS] = np.nan
-    return result
-
-
-def surface_speed(scene: Scene, spin: Array) -> Array:
-    """Spin times radius [m/s]: the speed of the ball's surface."""
-    surface: Array = scene.ball.radius * spin
-    return surface

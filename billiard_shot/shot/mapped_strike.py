@@ -8,10 +8,23 @@ from numpy.typing import NDArray
 
 from billiard_shot.compiled import inner
 from billiard_shot.records import Array, Floats, Storage
+from billiard_shot.scene.player import A, B, ELEVATION, SPEED
 
 MOTION = 7  # numbers of a motion: velocity [m/s] and spin [rad/s]; speed of the cue [m/s]
-DEGREE = 3  # of the polynomials
-TERMS = (DEGREE + 1) * (DEGREE + 2) * (DEGREE + 3) // 6
+VARIED = [A, B, ELEVATION, SPEED]  # columns of strokes that a polynomial depends on
+# The polynomials are cubic. The motion over the speed changes little with the speed, which counts
+# as of second degree.
+DEGREE = 3
+EXPONENTS = np.array(
+    [
+        (i, j, k, n)
+        for i in range(DEGREE + 1)
+        for j in range(DEGREE + 1 - i)
+        for k in range(DEGREE + 1 - i - j)
+        for n in range((DEGREE - i - j - k) // 2 + 1)
+    ]
+)  # of `VARIED` in each term, in the order of `write_motion`
+TERMS = len(EXPONENTS)
 
 
 class Mapped(NamedTuple):
@@ -24,10 +37,10 @@ class Mapped(NamedTuple):
         a, b, elevation, azimuth, speed, see `vectors_of`.
     number : (n,) int array
         The cell of each stroke; SOLVED if its strike is to be solved.
-    middles, half_sizes : (k, 3) float arrays
-        Of the cells: a and b (ball radii), elevation (rad).
+    middles, half_sizes : (k, 4) float arrays
+        Of the cells: a and b (ball radii), elevation (rad), speed (m/s).
     coefficients : (k, TERMS, MOTION) float array
-        Of the polynomials: the strikes at 1 m/s along +x.
+        Of the polynomials: the motion after strikes along +x, over the speed of the cue.
 
     """
 
@@ -52,7 +65,8 @@ SOLVED = -1
 MIRROR = 1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0  # of a motion, if a changes sign
 
 
-NO_CELLS = np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, TERMS, MOTION))
+_NONE = np.zeros((0, len(VARIED)))
+NO_CELLS = _NONE, _NONE, np.zeros((0, TERMS, MOTION))
 ALL_SOLVED = Mapped(np.zeros((1, 5)), np.array([SOLVED]), *NO_CELLS)
 """For any number of strokes whose strikes are to be solved."""
 
@@ -67,6 +81,7 @@ def write_motion(stroke: Floats, mapped: Mapped, cell: int, motion: Floats) -> N
     )
     x = (abs(stroke[0]) - middle[0]) / half[0]
     y, z = (stroke[1] - middle[1]) / half[1], (stroke[2] - middle[2]) / half[2]
+    faster = (stroke[4] - middle[3]) / half[3]
     for m in range(MOTION):
         motion[m] = 0.0
     term, in_x = 0, 1.0
@@ -74,10 +89,13 @@ def write_motion(stroke: Floats, mapped: Mapped, cell: int, motion: Floats) -> N
         in_y = in_x
         for j in range(DEGREE + 1 - i):
             in_z = in_y
-            for _ in range(DEGREE + 1 - i - j):
-                for m in range(MOTION):
-                    motion[m] += in_z * coefficients[term][m]
-                term += 1
+            for k in range(DEGREE + 1 - i - j):
+                product = in_z
+                for _ in range((DEGREE - i - j - k) // 2 + 1):
+                    for m in range(MOTION):
+                        motion[m] += product * coefficients[term][m]
+                    term += 1
+                    product *= faster
                 in_z *= z
             in_y *= y
         in_x *= x

@@ -222,12 +222,12 @@ def run_events(
             return now, p.unsolved
         if reach != NO_CLUSTER:
             resume(table, s, CUE if j == THE_CUE else CLUSTER, now)
-            continue
-        if len(s.rules) > 0 and is_decided(s):
+        elif len(s.rules) > 0 and is_decided(s):
             return now, OK
-        predict_collisions(table, s, i, now)
-        if j >= 0 and j != i:
-            predict_collisions(table, s, j, now)
+        else:
+            predict_collisions(table, s, i, now)
+            if j >= 0 and j != i:
+                predict_collisions(table, s, j, now)
     status = OK
     for i in range(len(s.balls)):
         status = max(status, ending(table.params, s.balls[i]))

@@ -3,6 +3,8 @@
 from dataclasses import replace
 import json
 import math
+import sys
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -117,6 +119,17 @@ def test_an_unknown_game_is_refused():
     for name in ('../../x', '.json', 'json.', 'json..decoder'):
         with pytest.raises(ValueError, match='or a module such as'):
             find_game(name)
+
+
+def test_a_game_has_the_name_of_its_module(monkeypatch):
+    """By its name a saved state finds its game again."""
+    module = SimpleNamespace(GAME=find_game('practice'))
+    monkeypatch.setitem(sys.modules, 'games.other', module)
+    with pytest.raises(ValueError, match=r"games\.other\.GAME\.name must be 'games\.other', got"):
+        find_game('games.other')
+    module.GAME = replace(module.GAME, name='games.other')
+    state = start('games.other', TABLE)
+    assert State.from_dict(state.to_dict()) == state
 
 
 def test_a_pot_is_read_from_a_prediction():
