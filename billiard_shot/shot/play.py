@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from billiard_shot import machine_code
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene
+from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.accuracy import Accuracy, USUAL_ACCURACY
 from billiard_shot.shot.discontinuity import discontinuities_of_law
 from billiard_shot.shot.mapped_strike import ALL_SOLVED, Mapped
@@ -59,7 +60,14 @@ def play(
     workers : int, optional
         Threads; by default as many as there are cores.
 
+    Raises
+    ------
+    ValueError
+        If the first ball of the tables is not the cue ball.
+
     """
+    if tables is not None and tables.names[0] != CUE_BALL:
+        raise ValueError(f'tables must have {CUE_BALL!r} first, got {", ".join(tables.names)}')
     count, setting = len(normals), setting_of(scene)
     if count > INTERPRETED_AT_MOST:
         machine_code.require()

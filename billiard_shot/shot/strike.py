@@ -49,13 +49,8 @@ def refusal(
 
 
 EXAMPLE_MODEL = StrikeModel(
-    cue_mass=1.0,
-    inverse_end_mass=1.0,
-    ferrule_radius=0.0,
-    tip_curvature=1.0,
-    friction=(1.0, 1.0),
-    restitution=(1.0, 1.0),
-    stiffness=(1.0, 1.0),
+    *(1.0,) * 4,
+    *((1.0, 1.0),) * 3,
     law=0,
     exponent=1.0,
     on_cloth=True,
