@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from billiard_shot.game.call import Call, NO_CALL
 from billiard_shot.game.clearance import raised
 from billiard_shot.game.placing import call_of
-from billiard_shot.game.rating import Idea, play_strokes, Position, rule_strokes
+from billiard_shot.game.rating import Idea, Position, rule_strokes
 from billiard_shot.game.safe_stroke import all_round, towards
 from billiard_shot.game.second_ply import second_ply
 from billiard_shot.planning.candidate_strokes import candidates
@@ -76,7 +76,8 @@ def pots(
     tried = np.repeat(offsets[:, np.newaxis], len(AIM_CHANGES), axis=1)
     tried[..., AZIMUTH] += turns
     calls = [call_of(direct, number) for number in shot.tolist()]
-    batch, kept, value = play_strokes(position, tried, calls, plies)
+    run = predict_within_noise(scene, tried.reshape(-1, 5))
+    batch, kept, value = rule_strokes(position, run, calls, plies)
     # Aim at the middle of the directions that pot.
     count = np.maximum(kept.sum(axis=1), 1)
     middle = (kept * turns).sum(axis=1) / count
@@ -150,8 +151,8 @@ def safeties(position: Position) -> list[Idea]:
     result, found = predict_within_noise(scene, offsets), []
     for kind in kinds:
         calls = [kind] * len(offsets)
-        guess = rule_strokes(position, result, calls).value[:, 0]
-        found += _ideas(position, offsets, calls, guess)
+        _, _, value = rule_strokes(position, result, calls)
+        found += _ideas(position, offsets, calls, value[:, 0])
     return found
 
 

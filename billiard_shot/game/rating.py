@@ -54,50 +54,27 @@ class Rated(NamedTuple):
         return self.idea._replace(offsets=offsets)
 
 
-class Played(NamedTuple):
-    """Strokes (n, m) that were played."""
-
-    batch: RuledBatch  # (n m,)
-    kept: NDArray[np.bool_]  # (n, m) whether each keeps the turn
-    value: Array  # (n, m) by the next shot; with no ply, whether the turn is kept
-
-
 def position_of(scene: Scene, state: State) -> Position:
     """Return the position of a state whose cue ball is placed."""
     return Position(state, scene_of(scene, state))
 
 
-def play_strokes(
-    position: Position, offsets: Array, calls: Sequence[Call], plies: int = 1
-) -> Played:
-    """
-    Play strokes as accurately as the errors of the player call for.
-
-    Parameters
-    ----------
-    position : Position
-    offsets : (n, m, 5) float array
-    calls : sequence of Call
-        (n,)
-    plies : int
-        As of `rate`.
-
-    """
-    result = predict_within_noise(position.scene, offsets.reshape(-1, 5))
-    return rule_strokes(position, result, calls, plies)
-
-
 def rule_strokes(
-    position: Position, result: StrokeBatch, calls: Sequence[Call], plies: int = 1
-) -> Played:
-    """Rule on strokes that are predicted, as many for each of the calls; see `play_strokes`."""
+    position: Position, run: StrokeBatch, calls: Sequence[Call], plies: int = 1
+) -> tuple[RuledBatch, NDArray[np.bool_], Array]:
+    """
+    Rule on strokes that were played, m for each of n calls, one call after the other.
+
+    Returns the rulings (n m,), whether each stroke keeps the turn (n, m), and its value (n, m) by
+    the next shot; with no ply, whether the turn is kept. For `plies` see `rate`.
+    """
     state, scene = position
-    shape = len(calls), len(result.status) // len(calls)
+    shape = len(calls), len(run.status) // len(calls)
     every = [call for call in calls for _ in range(shape[1])]
-    batch = rule_on(state, every, result)
+    batch = rule_on(state, every, run)
     kept = batch.keeps(state.player)
     value = values(scene, state.player, batch) if plies else kept.astype(float)
-    return Played(batch, kept.reshape(shape), value.reshape(shape))
+    return batch, kept.reshape(shape), value.reshape(shape)
 
 
 def rate(ideas: Sequence[Idea], errors: Array, plies: int) -> list[Rated]:
@@ -118,7 +95,8 @@ def rate(ideas: Sequence[Idea], errors: Array, plies: int) -> list[Rated]:
     for position in {id(idea.position): idea.position for idea in ideas}.values():
         own = [idea for idea in ideas if idea.position is position]
         strokes = with_errors(np.array([idea.offsets for idea in own])[:, np.newaxis], errors)
-        batch, kept, value = play_strokes(position, strokes, [idea.call for idea in own], plies)
+        run = predict_within_noise(position.scene, strokes.reshape(-1, 5))
+        batch, kept, value = rule_strokes(position, run, [idea.call for idea in own], plies)
         mean, success = value.mean(axis=1), kept.mean(axis=1)
         if plies > 1:
             some = kept & (np.cumsum(kept, axis=1) <= FOLLOWED_ENDS)

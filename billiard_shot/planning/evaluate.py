@@ -13,7 +13,7 @@ from billiard_shot.planning.problem import Problem
 from billiard_shot.planning.score import Goal, Kind, Runs, score_tables, Sought
 from billiard_shot.records import Array
 from billiard_shot.scene.values import as_floats
-from billiard_shot.shot.mapped_strike import Mapped
+from billiard_shot.shot.mapped_strike import ALL_SOLVED, Mapped
 from billiard_shot.shot.play import play_by
 from billiard_shot.shot.stroke import vectors_of
 from billiard_shot.status import Status
@@ -51,7 +51,7 @@ class Outcomes(NamedTuple):
 def evaluate_strokes(
     problem: Problem,
     strokes: Array,
-    mapped: Mapped | None = None,
+    mapped: Mapped = ALL_SOLVED,
     places: Array | None = None,
     *,
     to_the_end: bool = True,
@@ -66,7 +66,7 @@ def evaluate_strokes(
     problem : Problem
     strokes : (n, 5) float array
         a, b, elevation, azimuth, speed; see `vectors_of`.
-    mapped : Mapped, optional
+    mapped : Mapped
         Which strikes come from maps, see `Maps.mapped`; others are solved.
     places : (n, balls, 2) float array, optional
         Where the balls lie [m], see `draw_places`; by default where the problem has them. The
@@ -136,7 +136,7 @@ def penalties_of(problem: Problem, recording: BatchRecording) -> Array:
 def simulate_strokes(
     problem: Problem,
     strokes: Array,
-    mapped: Mapped | None = None,
+    mapped: Mapped = ALL_SOLVED,
     places: Array | None = None,
     rules: NDArray[np.void] | None = None,
     coarse: bool = False,

@@ -18,8 +18,7 @@ from billiard_shot.planning.places import as_struck
 from billiard_shot.planning.problem import Problem
 from billiard_shot.planning.strike_map import bounds_of, Cell, Fit, fit_cell, Maps
 from billiard_shot.records import Array
-from billiard_shot.shot.mapped_strike import all_solved, Mapped
-from billiard_shot.shot.strike import reaching_speed
+from billiard_shot.shot.mapped_strike import ALL_SOLVED, Mapped
 
 T = TypeVar('T')
 
@@ -67,7 +66,7 @@ class Runner:
         self.budget, self.simulations, self.best = budget, 0, 0.0
         self.reserved = round(FINAL_RESERVE * budget)
         self._maps = Maps(
-            problem.model, bounds_of(problem.sigmas), reaching_speed(problem.setting)
+            problem.model, bounds_of(problem.sigmas), float(problem.setting.reaching[0])
         )
         self._executor = executor
         self._problem, self._work = problem, partial(evaluate_strokes, problem, value=value)
@@ -152,7 +151,7 @@ class Runner:
         """Map strokes, fitting missing cells."""
         maps = self._maps
         if not maps.applies:
-            return all_solved(len(strokes))
+            return ALL_SOLVED
         return maps.mapped(strokes, self._fitted, strict=strict)
 
     def _fitted(self, cells: list[Cell]) -> Iterator[Fit]:

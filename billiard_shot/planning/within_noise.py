@@ -13,9 +13,9 @@ from billiard_shot.planning.strike_map import bounds_of, Cell, Fit, fit_cell, Ma
 from billiard_shot.records import Array
 from billiard_shot.scene import Noise, Scene, SceneLike
 from billiard_shot.scene.values import as_floats
+from billiard_shot.shot.mapped_strike import ALL_SOLVED
 from billiard_shot.shot.play import play
 from billiard_shot.shot.setting import setting_of
-from billiard_shot.shot.strike import reaching_speed
 from billiard_shot.shot.stroke import playable_offsets, vectors_of
 from billiard_shot.shot.stroke_batch import StrokeBatch
 from billiard_shot.table.table_states import TableStates
@@ -87,7 +87,7 @@ def play_within_noise(
     if len(strokes) > INTERPRETED_AT_MOST:
         machine_code.require()
     setting = setting_of(scene)
-    slower_than = math.inf if tables is not None else reaching_speed(setting)
+    slower_than = math.inf if tables is not None else float(setting.reaching[0])
     maps = Maps(setting.model, bounds_of(sigmas), slower_than)
 
     def fitted(cells: list[Cell]) -> Iterator[Fit]:
@@ -96,6 +96,6 @@ def play_within_noise(
 
         return chain.from_iterable(in_threads(fit, len(cells), workers))
 
-    mapped = maps.mapped(strokes, fitted) if maps.applies else None
+    mapped = maps.mapped(strokes, fitted) if maps.applies else ALL_SOLVED
     accuracy = accuracy_within(sigmas)
     return play(scene, *vectors_of(strokes), tables, accuracy, mapped, workers)

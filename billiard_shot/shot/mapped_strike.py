@@ -12,8 +12,8 @@ from billiard_shot.scene.player import A, B, ELEVATION, SPEED
 
 MOTION = 7  # numbers of a motion: velocity [m/s] and spin [rad/s]; speed of the cue [m/s]
 VARIED = [A, B, ELEVATION, SPEED]  # columns of strokes that a polynomial depends on
-# The polynomials are cubic. The motion over the speed changes little with the speed, which counts
-# as of second degree.
+# Of a, b and elevation. The motion over the speed changes little with the speed, so that the speed
+# has few terms: times a linear polynomial of all four.
 DEGREE = 3
 EXPONENTS = np.array(
     [
@@ -21,7 +21,7 @@ EXPONENTS = np.array(
         for i in range(DEGREE + 1)
         for j in range(DEGREE + 1 - i)
         for k in range(DEGREE + 1 - i - j)
-        for n in range((DEGREE - i - j - k) // 2 + 1)
+        for n in range(max(DEGREE - i - j - k, 1))
     ]
 )  # of `VARIED` in each term, in the order of `write_motion`
 TERMS = len(EXPONENTS)
@@ -50,8 +50,10 @@ class Mapped(NamedTuple):
     half_sizes: Array
     coefficients: Array
 
-    def part(self, part: slice) -> 'Mapped':
-        """Return some of the strokes."""
+    def part(self, part: slice | NDArray[np.integer]) -> 'Mapped':
+        """Return some of the strokes; one stands for all."""
+        if len(self.number) == 1:
+            return self
         return self._replace(strokes=self.strokes[part], number=self.number[part])
 
     def stored(self, storage: Storage) -> 'Mapped':
@@ -63,11 +65,9 @@ SOLVED = -1
 MIRROR = 1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0  # of a motion, if a changes sign
 
 
-def all_solved(count: int) -> Mapped:
-    """Return strikes (count,) that are all to be solved."""
-    none = np.zeros((0, len(VARIED)))
-    no_cells = none, none, np.zeros((0, TERMS, MOTION))
-    return Mapped(np.zeros((count, 5)), np.full(count, SOLVED), *no_cells)
+NO_CELLS = np.zeros((0, 4)), np.zeros((0, 4)), np.zeros((0, TERMS, MOTION))
+ALL_SOLVED = Mapped(np.zeros((1, 5)), np.array([SOLVED]), *NO_CELLS)
+"""For any number of strokes whose strikes are to be solved."""
 
 
 @inner
@@ -90,7 +90,7 @@ def write_motion(stroke: Floats, mapped: Mapped, cell: int, motion: Floats) -> N
             in_z = in_y
             for k in range(DEGREE + 1 - i - j):
                 product = in_z
-                for _ in range((DEGREE - i - j - k) // 2 + 1):
+                for _ in range(max(DEGREE - i - j - k, 1)):
                     for m in range(MOTION):
                         motion[m] += product * coefficients[term][m]
                     term += 1

@@ -10,7 +10,7 @@ from billiard_shot.records import Array
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL, no_place
 from billiard_shot.shot.accuracy import Accuracy, HOPS, HOPS_BEFORE_CUSHIONS
-from billiard_shot.shot.mapped_strike import Mapped
+from billiard_shot.shot.mapped_strike import ALL_SOLVED, Mapped
 from billiard_shot.shot.model import StrikeModel
 from billiard_shot.shot.setting import alone, Setting
 from billiard_shot.shot.strike import cues_of
@@ -38,7 +38,8 @@ def task_of(
     velocities: Array,
     tables: TableStates | None,
     accuracy: Accuracy,
-    mapped: Mapped | None = None,
+    mapped: Mapped = ALL_SOLVED,
+    rules: NDArray[np.void] | None = None,
 ) -> TableTask:
     """
     State the tables on which n strokes are played; a refused stroke leaves the ball where it is.
@@ -51,15 +52,19 @@ def task_of(
     tables : TableStates, optional
         n tables, or one for all strokes, the cue ball first; by default as the setting has them.
     accuracy : Accuracy
-    mapped : Mapped, optional
+    mapped : Mapped
         Which strikes come from maps; by default all are solved.
+    rules : (balls,) array of BallRule, optional
+        As of `TableTask`.
 
     """
     model, tolerance = setting.model, accuracy.tolerance
-    starts = setting.starts if tables is None else tables.starts()
-    cues = cues_of(setting, normals, velocities, starts, mapped, tolerance)
-    starts = np.repeat(starts, len(normals) if len(starts) == 1 else 1, axis=0)
-    if mapped is not None:
+    given = None if tables is None else tables.starts()
+    cues = cues_of(setting, normals, velocities, given, mapped, tolerance)
+    starts = setting.starts if given is None else given
+    if len(starts) == 1:
+        starts = starts.repeat(len(normals), axis=0)
+    if len(mapped.middles):
         known = (cues['hits'] > 0) & ~cues['strikes']
         for name in ('velocity', 'spin'):
             starts[name][known, 0] = cues[name][known]
@@ -74,6 +79,7 @@ def task_of(
         (HOPS_BEFORE_CUSHIONS if to_cushions else HOPS) * tolerance,
         cue=setting.cue,
         cues=cues,
+        rules=rules,
         fast_rebounds=accuracy.fast_rebounds,
     )
 

@@ -17,7 +17,7 @@ from billiard_shot.records import Array
 from billiard_shot.scene import Scene
 from billiard_shot.shot.accuracy import Accuracy, USUAL_ACCURACY
 from billiard_shot.shot.discontinuity import discontinuities_of_law
-from billiard_shot.shot.mapped_strike import Mapped
+from billiard_shot.shot.mapped_strike import ALL_SOLVED, Mapped
 from billiard_shot.shot.on_table import task_of
 from billiard_shot.shot.setting import Setting, setting_of
 from billiard_shot.shot.stroke_batch import stroke_batch, StrokeBatch
@@ -40,7 +40,7 @@ def play(
     velocities: Array,
     tables: TableStates | None = None,
     accuracy: Accuracy = USUAL_ACCURACY,
-    mapped: Mapped | None = None,
+    mapped: Mapped = ALL_SOLVED,
     workers: int | None = None,
 ) -> StrokeBatch:
     """
@@ -54,7 +54,7 @@ def play(
     tables : TableStates, optional
         n tables, or one for all strokes, the cue ball first; by default the balls of the scene.
     accuracy : Accuracy
-    mapped : Mapped, optional
+    mapped : Mapped
         Which strikes come from maps; by default all are solved.
     workers : int, optional
         Threads; by default as many as there are cores.
@@ -65,7 +65,7 @@ def play(
         machine_code.require()
 
     def play_part(rows: slice) -> BatchRecording:
-        some, maps = _some(tables, rows), mapped and mapped.part(rows)
+        some, maps = _some(tables, rows), mapped.part(rows)
         return play_by(
             run_tables, setting, normals[rows], velocities[rows], some, accuracy, mapped=maps
         )
@@ -83,7 +83,7 @@ def play_by(
     tables: TableStates | None,
     accuracy: Accuracy,
     *,
-    mapped: Mapped | None = None,
+    mapped: Mapped = ALL_SOLVED,
     rules: NDArray[np.void] | None = None,
 ) -> BatchRecording:
     """
@@ -101,39 +101,35 @@ def play_by(
         As of `TableTask`.
 
     """
-    played = _play(run, setting, normals, velocities, tables, accuracy, mapped, rules)
+
+    def once(rows: slice | NDArray[np.integer], accuracy: Accuracy) -> BatchRecording:
+        some, n, v = _some(tables, rows), normals[rows], velocities[rows]
+        task = task_of(setting, n, v, some, accuracy, mapped=mapped.part(rows), rules=rules)
+        return _with_errors(run(task), setting, n, v, accuracy)
+
+    played = once(slice(None), accuracy)
     again = np.flatnonzero(played.tables['jaws_met'])
     if accuracy.checked and len(again):
         finer = accuracy._replace(tolerance=FINER * accuracy.tolerance)
-        some = normals[again], velocities[again], _some(tables, again)
-        played = _played_again(played, again, _play(run, setting, *some, finer, None, rules))
+        played = _played_again(played, again, once(again, finer))
     return _with_status(played, accuracy.tolerance)
 
 
-def _play(
-    run: Callable[[TableTask], BatchRecording],
-    setting: Setting,
-    normals: Array,
-    velocities: Array,
-    tables: TableStates | None,
-    accuracy: Accuracy,
-    mapped: Mapped | None,
-    rules: NDArray[np.void] | None,
+def _with_errors(
+    played: BatchRecording, setting: Setting, normals: Array, velocities: Array, accuracy: Accuracy
 ) -> BatchRecording:
-    """Play strokes once; their statuses are those of the strikes."""
-    task = task_of(setting, normals, velocities, tables, accuracy, mapped)
-    played = run(task._replace(rules=rules))
+    """Note how strikes ended, and estimate the errors of strokes if they are checked."""
     cues, ball, tolerance = played.cues, played.balls[:, 0], accuracy.tolerance
-    played = played._replace(status=cues['status'].copy())
+    status = cues['status'].copy()
     if not accuracy.checked:
-        return played
+        return played._replace(status=status)
     error = cues['drift'] * ball['time']
     if math.isinf(setting.table.length):
         error += ball['left_out']
     else:
         error += np.where(error > 0.0, CUSHION_SHARE * tolerance, 0.0)
     jumps = discontinuities_of_law(setting.model, normals, velocities, cues, tolerance)
-    return played._replace(error=error, discontinuity=jumps)
+    return played._replace(status=status, error=error, discontinuity=jumps)
 
 
 def _some(tables: TableStates | None, rows: slice | NDArray[np.integer]) -> TableStates | None:

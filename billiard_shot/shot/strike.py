@@ -11,9 +11,9 @@ from billiard_shot.numerics.vectors import dot, unit
 from billiard_shot.records import Array, as_rows, Floats, Storage, Vector
 from billiard_shot.shot.accuracy import drift_of, strike_tolerance
 from billiard_shot.shot.clearance import clearance, NOTHING_AROUND, Surroundings
-from billiard_shot.shot.mapped_strike import all_solved, Mapped, MOTION, SOLVED, write_motion
+from billiard_shot.shot.mapped_strike import ALL_SOLVED, Mapped, MOTION, SOLVED, write_motion
 from billiard_shot.shot.model import StrikeModel, tip_reach
-from billiard_shot.shot.setting import Setting
+from billiard_shot.shot.setting import reaching_speeds, Setting
 from billiard_shot.status import (
     CUE_THROUGH_CLOTH,
     INVALID_STROKE,
@@ -21,12 +21,11 @@ from billiard_shot.status import (
     NEGATIVE_ELEVATION,
     OK,
 )
-from billiard_shot.table.cue import CueRecord, follow_through_time, TIP_DURATION
-from billiard_shot.table.params import BallClothParams, GATE_AUTO, GATE_OFF
+from billiard_shot.table.cue import CueRecord, follow_through_time
+from billiard_shot.table.params import BallClothParams, GATE_AUTO
 
 GRAZING = 1e-12  # cosine of the angle between stroke and normal below which nothing is hit
 LEVEL = 1e-9  # rad, elevation that a level stroke may have by rounding
-FARTHEST = 2.0  # way of a ball while a tip touches it, in lengths that the cue alone would go
 ROUNDED = 1e-9  # of the tip's height: so deep in the cloth a cue may be by rounding
 
 
@@ -74,7 +73,7 @@ def _example(storage: Storage) -> tuple[Any, ...]:
         array(np.ones(1)),
         ones,
         ones,
-        all_solved(1).stored(storage),
+        ALL_SOLVED.stored(storage),
         1.0,
         storage.zeros(MOTION),
         storage.records(CueRecord, 1),
@@ -109,7 +108,7 @@ def place_cues(
     normals, velocities : (n, 3) floats
         As of `Stroke`, but not checked yet.
     mapped : Mapped
-        Of the n strokes. A stroke that may reach others is solved in spite of a map.
+        Of the n strokes, or of one that stands for all. What may reach others is solved.
     tolerance : float
         Of the trajectories [m].
     motion : (MOTION,) floats
@@ -141,12 +140,13 @@ def place_cues(
         for k in range(3):
             cue.tip[k] = ball[k] + tip_reach(model) * cue.normal[k]
         cue.others = speed >= reaching[table]
-        if mapped.number[i] == SOLVED or cue.others:
+        cell = mapped.number[i % len(mapped.number)]
+        if cell == SOLVED or cue.others:
             cue.speed, cue.strikes = speed, True
             cue.tolerance = strike_tolerance(model, speed, tolerance)
             cue.drift = drift_of(cue.tolerance, speed)
             continue
-        write_motion(mapped.strokes[i], mapped, mapped.number[i], motion)
+        write_motion(mapped.strokes[i], mapped, cell, motion)
         for k in range(3):
             cue.velocity[k], cue.spin[k] = motion[k], motion[3 + k]
         cue.speed, cue.hits = motion[6], 1
@@ -158,7 +158,7 @@ def cues_of(
     normals: Array,
     velocities: Array,
     starts: NDArray[np.void] | None = None,
-    mapped: Mapped | None = None,
+    mapped: Mapped = ALL_SOLVED,
     tolerance: float = 1.0,
 ) -> NDArray[np.void]:
     """
@@ -170,7 +170,7 @@ def cues_of(
     normals, velocities : (n, 3) float arrays
     starts : (n, balls) or (1, balls) array of BallStart, optional
         By default as the setting has them.
-    mapped : Mapped, optional
+    mapped : Mapped
         By default all strikes are to be solved.
     tolerance : float
         Of the trajectories [m].
@@ -182,8 +182,10 @@ def cues_of(
         INVALID_STROKE.
 
     """
-    balls = setting.starts if starts is None else starts
-    places = np.where(balls['absent'][..., np.newaxis], np.nan, balls['position'])
+    places, reaching = setting.starts['position'], setting.reaching
+    if starts is not None:
+        places = np.where(starts['absent'][..., np.newaxis], np.nan, starts['position'])
+        reaching = reaching_speeds(setting.model, setting.table, places)
     run = place_cues.current()
     storage, array = run.storage, run.storage.array
     cues = storage.records(CueRecord, len(normals))
@@ -191,44 +193,12 @@ def cues_of(
         setting.model,
         setting.around.stored(storage),
         array(places),
-        array(reaching_speeds(setting, places)),
+        array(reaching),
         array(normals),
         array(velocities),
-        (mapped or all_solved(len(normals))).stored(storage),
+        mapped.stored(storage),
         tolerance,
         storage.zeros(MOTION),
         cues,
     )
     return as_rows(CueRecord, cues)
-
-
-def reaching_speed(setting: Setting) -> float:
-    """Find the speed of `reaching_speeds` where the setting has the balls."""
-    return float(reaching_speeds(setting, setting.starts['position'])[0])
-
-
-def reaching_speeds(setting: Setting, places: Array) -> Array:
-    """
-    Find speeds of the cue from which on a ball may reach others, or noses, in a strike.
-
-    Parameters
-    ----------
-    setting : Setting
-    places : (tables, balls, 3) float array
-        Centres of the balls, the struck one first [m]; NaN: the table does not have it.
-
-    Returns
-    -------
-    (tables,) float array
-        [m/s]; infinite if no others are near.
-
-    """
-    table, radius = setting.table, setting.model.surface.radius
-    x, y, z = places[:, 0].T
-    away = np.minimum(0.5 * table.length - np.abs(x), 0.5 * table.width - np.abs(y))
-    nearest = np.hypot(away, z - table.nose_height) - radius
-    if table.pair_gate != GATE_OFF:
-        others = np.linalg.norm(places[:, 1:] - places[:, :1], axis=2) - 2.0 * radius
-        nearest = np.fmin(nearest, np.fmin.reduce(others, axis=1, initial=inf))
-    near = nearest <= setting.cue.neighbour_reach
-    return np.where(near, nearest / (FARTHEST * TIP_DURATION), inf)

@@ -263,6 +263,16 @@ def test_breaks_pot_a_ball_and_do_not_scratch(game, kept):
     assert batch.keeps(0).mean() >= kept
 
 
+def test_a_break_without_room_for_the_cue_is_a_foul():
+    """The cue ball lies 5 mm from the cushion behind it, under the stroke."""
+    exact = replace(TABLE, noise=TABLE.noise.times(0.0))
+    x = -0.5 * TABLE.table.length + TABLE.ball.radius + 0.005
+    breaks = [(x, 0.0, 0.0, 0.2, elevation, 0.0, 6.0) for elevation in (0.01, 0.3)]
+    batch = break_racks(exact, 'eight_ball', np.array(breaks), range(2))
+    said = [batch.kinds[kind].text for kind in batch.kind]
+    assert ['cannot be played' in text for text in said] == [True, True, False, False]
+
+
 def test_the_player_leaves_the_next_ball():
     """Straight stun would leave no direct shot at 2; draw or follow does."""
     state = start('practice', TABLE, balls=2)

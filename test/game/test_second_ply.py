@@ -50,6 +50,17 @@ def test_the_last_two_balls_are_won_by_two_pots():
     assert second_ply(TABLE, 0, batch, values(TABLE, 0, batch))[0] > 0.9
 
 
+def test_a_cue_that_follows_into_a_near_ball_counts():
+    """Strokes at a ball 2 mm in front of the cue ball hit the cue ball twice, if they pot."""
+    ball, way = np.array([0.9, 0.45]), np.array([2.0, 1.0]) / 5.0**0.5
+    near, far = (
+        end_states({'cue': tuple(ball - way * distance), '1': tuple(ball), '2': (0.9, -0.45)})
+        for distance in (2.0 * TABLE.ball.radius + 0.002, 0.3)
+    )
+    assert second_ply(TABLE, 0, far, values(TABLE, 0, far))[0] > 0.9
+    assert second_ply(TABLE, 0, near, values(TABLE, 0, near))[0] < 0.7
+
+
 def test_a_rack_is_won_by_the_last_ball_and_the_8():
     """The 8 counted as a ball that is needed after it had fallen."""
     last = {'cue': (0.7, 0.35), '1': (0.95, 0.475), '8': (0.9, -0.45)}

@@ -22,8 +22,8 @@ from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.mapped_strike import SOLVED
 from billiard_shot.shot.on_table import strike
 from billiard_shot.shot.play import play
-from billiard_shot.shot.setting import alone
-from billiard_shot.shot.strike import cues_of, FARTHEST, reaching_speed
+from billiard_shot.shot.setting import alone, FARTHEST
+from billiard_shot.shot.strike import cues_of
 from billiard_shot.shot.stroke import vectors_of
 from billiard_shot.table.cue import TIP_DURATION
 
@@ -120,7 +120,7 @@ def test_strokes_among_near_balls_are_mapped_if_they_reach_none():
     scene = Scene.from_dict({'like': 'pool_table', 'balls': balls})
     limits = limits_of(scene, None, NOISE)
     near = problem_of(scene, target_of(scene, {'hit': '8'}), limits, NOISE)
-    limit = reaching_speed(near.setting)
+    limit = float(near.setting.reaching[0])
     assert limit == pytest.approx(gap / (FARTHEST * TIP_DURATION))
     strokes = cloud((0.0, 0.0, 0.1, 0.0, limit), 400)
     found = mapped(scene, strokes, near.sigmas, slower_than=limit)
