@@ -6,8 +6,9 @@ are a function of the offsets a and b, of the elevation, and a little of that sp
 the four into cells, and fits a polynomial to exact strikes in each cell that a search needs. A
 cell is used only if other exact strikes, which had no part in the fit, agree with it. A cell with
 miscues, kinks or discontinuities, or in which the tip meets the ball twice in a strike, is divided
-into 16, and each of these is fitted where a search needs it. Strokes in cells that are too small
-to be divided, or that have few strokes, are solved exactly. The sign of a mirrors a strike.
+into eight by a, b and elevation, and each of these is fitted where a search needs it. Strokes in
+cells that are too small to be divided, or that have few strokes, are solved exactly. The sign of a
+mirrors a strike.
 
 Cells that choose strokes may have larger errors than those with which their success is stated.
 """
@@ -28,7 +29,7 @@ from billiard_shot.scene.player import A, AZIMUTH, B, SPEED
 from billiard_shot.shot.mapped_strike import EXPONENTS, Mapped, MOTION, SOLVED, TERMS, VARIED
 from billiard_shot.shot.model import StrikeModel
 
-# Of the largest cells: a and b (ball radii), elevation (rad), speed (m/s).
+# Of the largest cells: a and b (ball radii), elevation (rad); and of all cells: speed (m/s).
 SIZES = np.array([0.2, 0.1, 0.08, 6.0])
 LEVELS = 4  # sizes of cells, each half of the last
 FITTED_STRIKES, HELD_OUT = 40, 14  # exact strikes in a cell
@@ -49,7 +50,7 @@ Cell: TypeAlias = tuple[int, int, int, int, int]
 
 def sizes_of(level: int) -> Array:
     """Return the sizes (4,) of the cells of a level, as of `SIZES`."""
-    sizes: Array = SIZES / 2**level
+    sizes: Array = SIZES / (2**level, 2**level, 2**level, 1)
     return sizes
 
 
