@@ -37,6 +37,8 @@ FITTED_STRIKES, HELD_OUT = 40, 14  # exact strikes in a cell
 CORNERS = 0.98 * (2.0 * np.array(list(np.ndindex(*(2,) * len(SIZES)))) - 1.0)
 INSIDE = 2.0 * quasi_random(FITTED_STRIKES + HELD_OUT - len(CORNERS), len(SIZES)) - 1.0
 PLACES = np.concatenate([CORNERS, INSIDE])
+TERMS_THERE = np.prod(PLACES[:, np.newaxis] ** EXPONENTS, axis=2)
+LEAST_SQUARES = np.linalg.pinv(TERMS_THERE[:FITTED_STRIKES])
 FEWEST = 24  # strokes of a search in a cell: with fewer, a fit does not pay
 # Errors of a map that do not matter, in standard deviations of the player: in a search, and in the
 # trials whose success is stated. A shift by the second changes a success by at most 0.8 points,
@@ -57,7 +59,7 @@ def sizes_of(level: int) -> Array:
 class Fit(NamedTuple):
     """The strikes of a cell along +x, over the speed of the cue."""
 
-    coefficients: Array  # (TERMS, MOTION) for the terms of `terms_of`
+    coefficients: Array  # (TERMS, MOTION), see `Mapped`
     # (MOTION,) root mean square in held-out strikes, spins times radius; or infinite
     errors: Array
 
@@ -170,17 +172,10 @@ def fit_cell(model: StrikeModel, cell: Cell) -> Fit:
     if not struck.regular.all():
         return Fit(np.zeros((TERMS, MOTION)), np.full(MOTION, np.inf))
     exact = np.column_stack(struck[:3]) / strokes[:, [SPEED]]
-    terms = terms_of(PLACES)
-    found: Array = np.linalg.pinv(terms[:FITTED_STRIKES]) @ exact[:FITTED_STRIKES]
-    errors: Array = terms[FITTED_STRIKES:] @ found - exact[FITTED_STRIKES:]
+    found: Array = LEAST_SQUARES @ exact[:FITTED_STRIKES]
+    errors: Array = TERMS_THERE[FITTED_STRIKES:] @ found - exact[FITTED_STRIKES:]
     found[:, 3:6] /= model.surface.radius
     return Fit(found, np.sqrt((errors**2).mean(axis=0)))
-
-
-def terms_of(places: Array) -> Array:
-    """Terms (n, TERMS) of a polynomial at places (n, 4) of a cell, -1 to 1."""
-    terms: Array = np.prod(places[:, np.newaxis] ** EXPONENTS, axis=2)
-    return terms
 
 
 def _cells_of(strokes: Array, level: int) -> tuple[list[Cell], NDArray[np.int64], list[int]]:
