@@ -39,6 +39,7 @@ RIM = 0.75  # largest a and b: farther out every tip slips
 # Of a and b (ball radii), elevation (rad), and speed, relative to the size of the wanted motion.
 BOUNDS = (-RIM, -RIM, 0.0, 1e-3), (RIM, RIM, 0.5 * math.pi, 1e3)
 EXACT = 1e-8  # relative to the wanted motion: a residual that ends the search
+TOLERANCE = 1e-6  # m, of the strikes: the difference quotients need more than the usual one
 QUOTIENT_STEP = 1e-6  # of the difference quotients, in the units of `BOUNDS`
 
 
@@ -115,7 +116,8 @@ class _Problem(NamedTuple):
 
     def project(self, unknowns: Array) -> tuple[Array, Array, Array]:
         """Errors (n, 6), best azimuths (n,) and best factors (n,) of the motion for n rows."""
-        motion = np.concatenate(strike_alone(self.model, self.strokes(unknowns))[:2], axis=1)
+        struck = strike_alone(self.model, self.strokes(unknowns), TOLERANCE)
+        motion = np.concatenate(struck[:2], axis=1)
         level = motion[:, [0, 3]] + 1j * motion[:, [1, 4]]
         aim = self.wanted[[0, 3]] + 1j * self.wanted[[1, 4]]
         turn = (level.conj() * aim).sum(axis=1)

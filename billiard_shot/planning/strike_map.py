@@ -6,8 +6,9 @@ are a function of the offsets a and b, of the elevation, and a little of that sp
 the four into cells, and fits a polynomial to exact strikes in each cell that a search needs. A
 cell is used only if other exact strikes, which had no part in the fit, agree with it. A cell with
 miscues, kinks or discontinuities, or in which the tip meets the ball twice in a strike, is divided
-into 16, and each of these is fitted where a search needs it. Strokes in cells that are too small
-to be divided, or that have few strokes, are solved exactly. The sign of a mirrors a strike.
+into eight by a, b and elevation, and each of these is fitted where a search needs it. Strokes in
+cells that are too small to be divided, or that have few strokes, are solved exactly. The sign of a
+mirrors a strike.
 
 Cells that choose strokes may have larger errors than those with which their success is stated.
 """
@@ -28,7 +29,7 @@ from billiard_shot.scene.player import A, AZIMUTH, B, SPEED
 from billiard_shot.shot.mapped_strike import EXPONENTS, Mapped, MOTION, SOLVED, TERMS, VARIED
 from billiard_shot.shot.model import StrikeModel
 
-# Of the largest cells: a and b (ball radii), elevation (rad), speed (m/s).
+# Of the largest cells: a and b (ball radii), elevation (rad); and of all cells: speed (m/s).
 SIZES = np.array([0.2, 0.1, 0.08, 6.0])
 LEVELS = 4  # sizes of cells, each half of the last
 FITTED_STRIKES, HELD_OUT = 40, 14  # exact strikes in a cell
@@ -36,6 +37,8 @@ FITTED_STRIKES, HELD_OUT = 40, 14  # exact strikes in a cell
 CORNERS = 0.98 * (2.0 * np.array(list(np.ndindex(*(2,) * len(SIZES)))) - 1.0)
 INSIDE = 2.0 * quasi_random(FITTED_STRIKES + HELD_OUT - len(CORNERS), len(SIZES)) - 1.0
 PLACES = np.concatenate([CORNERS, INSIDE])
+TERMS_THERE = np.prod(PLACES[:, np.newaxis] ** EXPONENTS, axis=2)
+LEAST_SQUARES = np.linalg.pinv(TERMS_THERE[:FITTED_STRIKES])
 FEWEST = 24  # strokes of a search in a cell: with fewer, a fit does not pay
 # Errors of a map that do not matter, in standard deviations of the player: in a search, and in the
 # trials whose success is stated. A shift by the second changes a success by at most 0.8 points,
@@ -49,14 +52,14 @@ Cell: TypeAlias = tuple[int, int, int, int, int]
 
 def sizes_of(level: int) -> Array:
     """Return the sizes (4,) of the cells of a level, as of `SIZES`."""
-    sizes: Array = SIZES / 2**level
+    sizes: Array = SIZES / (2**level, 2**level, 2**level, 1)
     return sizes
 
 
 class Fit(NamedTuple):
     """The strikes of a cell along +x, over the speed of the cue."""
 
-    coefficients: Array  # (TERMS, MOTION) for the terms of `terms_of`
+    coefficients: Array  # (TERMS, MOTION), see `Mapped`
     # (MOTION,) root mean square in held-out strikes, spins times radius; or infinite
     errors: Array
 
@@ -169,17 +172,10 @@ def fit_cell(model: StrikeModel, cell: Cell) -> Fit:
     if not struck.regular.all():
         return Fit(np.zeros((TERMS, MOTION)), np.full(MOTION, np.inf))
     exact = np.column_stack(struck[:3]) / strokes[:, [SPEED]]
-    terms = terms_of(PLACES)
-    found: Array = np.linalg.pinv(terms[:FITTED_STRIKES]) @ exact[:FITTED_STRIKES]
-    errors: Array = terms[FITTED_STRIKES:] @ found - exact[FITTED_STRIKES:]
+    found: Array = LEAST_SQUARES @ exact[:FITTED_STRIKES]
+    errors: Array = TERMS_THERE[FITTED_STRIKES:] @ found - exact[FITTED_STRIKES:]
     found[:, 3:6] /= model.surface.radius
     return Fit(found, np.sqrt((errors**2).mean(axis=0)))
-
-
-def terms_of(places: Array) -> Array:
-    """Terms (n, TERMS) of a polynomial at places (n, 4) of a cell, -1 to 1."""
-    terms: Array = np.prod(places[:, np.newaxis] ** EXPONENTS, axis=2)
-    return terms
 
 
 def _cells_of(strokes: Array, level: int) -> tuple[list[Cell], NDArray[np.int64], list[int]]:

@@ -12,7 +12,7 @@ from billiard_shot.shot.on_table import strike
 from billiard_shot.shot.stroke import vectors_of
 from billiard_shot.status import Status
 
-STRIKE_TOLERANCE = 1e-6  # m, of the trajectories
+STRIKE_TOLERANCE = 1e-4  # m, of the trajectories
 
 
 class Struck(NamedTuple):
@@ -37,9 +37,11 @@ class Struck(NamedTuple):
     regular: NDArray[np.bool_]
 
 
-def strike_alone(model: StrikeModel, strokes: Array) -> Struck:
+def strike_alone(
+    model: StrikeModel, strokes: Array, tolerance: float = STRIKE_TOLERANCE
+) -> Struck:
     """Strike the ball with strokes (n, 5), see `vectors_of`."""
-    cues = strike(model, *vectors_of(strokes), STRIKE_TOLERANCE)
+    cues = strike(model, *vectors_of(strokes), tolerance)
     played = np.where(cues['status'] < Status.MISS, 1.0, np.nan)
     regular = (cues['status'] == Status.OK) & ~cues['miscue'] & (cues['hits'] == 1)
     velocity, spin = (played[:, np.newaxis] * cues[name] for name in ('velocity', 'spin'))

@@ -12,8 +12,8 @@ from billiard_shot.scene.player import A, B, ELEVATION, SPEED
 
 MOTION = 7  # numbers of a motion: velocity [m/s] and spin [rad/s]; speed of the cue [m/s]
 VARIED = [A, B, ELEVATION, SPEED]  # columns of strokes that a polynomial depends on
-# The polynomials are cubic. The motion over the speed changes little with the speed, which counts
-# as of second degree.
+# Of a, b and elevation. The motion over the speed changes little with the speed, so that the speed
+# has few terms: times a linear polynomial of all four.
 DEGREE = 3
 EXPONENTS = np.array(
     [
@@ -21,7 +21,7 @@ EXPONENTS = np.array(
         for i in range(DEGREE + 1)
         for j in range(DEGREE + 1 - i)
         for k in range(DEGREE + 1 - i - j)
-        for n in range((DEGREE - i - j - k) // 2 + 1)
+        for n in range(max(DEGREE - i - j - k, 1))
     ]
 )  # of `VARIED` in each term, in the order of `write_motion`
 TERMS = len(EXPONENTS)
@@ -65,8 +65,7 @@ SOLVED = -1
 MIRROR = 1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0  # of a motion, if a changes sign
 
 
-_NONE = np.zeros((0, len(VARIED)))
-NO_CELLS = _NONE, _NONE, np.zeros((0, TERMS, MOTION))
+NO_CELLS = np.zeros((0, 4)), np.zeros((0, 4)), np.zeros((0, TERMS, MOTION))
 ALL_SOLVED = Mapped(np.zeros((1, 5)), np.array([SOLVED]), *NO_CELLS)
 """For any number of strokes whose strikes are to be solved."""
 
@@ -91,7 +90,7 @@ def write_motion(stroke: Floats, mapped: Mapped, cell: int, motion: Floats) -> N
             in_z = in_y
             for k in range(DEGREE + 1 - i - j):
                 product = in_z
-                for _ in range((DEGREE - i - j - k) // 2 + 1):
+                for _ in range(max(DEGREE - i - j - k, 1)):
                     for m in range(MOTION):
                         motion[m] += product * coefficients[term][m]
                     term += 1

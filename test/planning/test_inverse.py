@@ -94,7 +94,7 @@ def test_no_scale_and_no_direction():
 def test_strikes_are_those_of_predict():
     scene = Scene.load('pool')
     strokes = random_strokes(20, 5)
-    given = strike_alone(model_of(scene), strokes)
+    given = strike_alone(model_of(scene), strokes, 1e-8)
     normals, velocities = vectors_of(strokes)
     found = zip(given.velocity, given.surface, given.cue_speed, strict=True)
     for numbers, normal, velocity, ball in zip(strokes, normals, velocities, found, strict=True):
