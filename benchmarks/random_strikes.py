@@ -33,7 +33,7 @@ from billiard_shot.impact.collide import properties_of
 from billiard_shot.impact.contact_space import contact_space, system_of, velocity_changes
 from billiard_shot.impact.laws import BISTIFFNESS, ENERGETIC
 from billiard_shot.impact.solve import solve_in_contact_space
-from billiard_shot.shot.model import strike_model
+from billiard_shot.shot.strike_model import strike_model
 from billiard_shot.status import Status
 from billiard_shot.study.collisions import collision_of
 

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from billiard_shot.shot.aim import aim
     from billiard_shot.shot.analysis import effects_of, sensitivity_of
     from billiard_shot.shot.effects import Effect
+    from billiard_shot.shot.lowest_elevation import lowest_elevation
     from billiard_shot.shot.predict import predict, predict_batch
-    from billiard_shot.shot.refusals import lowest_elevation
     from billiard_shot.shot.replay import load_shot, save_shot
     from billiard_shot.shot.shot import Shot
     from billiard_shot.shot.stroke import Stroke
@@ -80,7 +80,7 @@ _HOMES = {
     'predict': 'shot.predict',
     'predict_batch': 'shot.predict',
     'StrokeBatch': 'shot.stroke_batch',
-    'lowest_elevation': 'shot.refusals',
+    'lowest_elevation': 'shot.lowest_elevation',
     'Shot': 'shot.shot',
     'load_shot': 'shot.replay',
     'save_shot': 'shot.replay',

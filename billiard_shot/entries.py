@@ -13,8 +13,8 @@ ENTRY_GROUPS = (
         'billiard_shot.planning.score:score_tables',
         'billiard_shot.planning.direct_shots:find_direct_shots',
         'billiard_shot.planning.open_pockets:count_open_pockets',
-        'billiard_shot.shot.strike:place_cues',
-        'billiard_shot.shot.clear_elevation:write_clear_elevations',
+        'billiard_shot.shot.cues:place_cues',
+        'billiard_shot.shot.raising:write_clear_elevations',
     ),
 )
 ENTRIES = tuple(name for group in ENTRY_GROUPS for name in group)

@@ -5,7 +5,6 @@ import math
 
 import numpy as np
 
-from billiard_shot.cue.clearance import first_touch, Shape
 from billiard_shot.cue.joint_trajectory import JointTrajectory, TrajectoryBuilder
 from billiard_shot.cue.kinematics import inverse_kinematics, TipPose, travel_pivot_height
 from billiard_shot.cue.limits import LimitError
@@ -17,6 +16,7 @@ from billiard_shot.cue.profile import (
     StrokeProfile,
     StrokeTrajectory,
 )
+from billiard_shot.cue.touch import first_touch, Shape
 from billiard_shot.perception.lying import positions_of
 from billiard_shot.perception.sightings import Balls
 from billiard_shot.records import Array

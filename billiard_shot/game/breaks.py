@@ -10,7 +10,7 @@ import numpy as np
 from billiard_shot.game.agent import scene_of
 from billiard_shot.game.batch_outcomes import rule_on, RuledBatch
 from billiard_shot.game.call import NO_CALL
-from billiard_shot.game.clearance import raised
+from billiard_shot.game.playable import raised
 from billiard_shot.game.racking import start
 from billiard_shot.game.state import State
 from billiard_shot.game.valuation import values

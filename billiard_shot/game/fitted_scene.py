@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from billiard_shot.game.agent import simulated, Simulator
-from billiard_shot.game.clearance import raised
 from billiard_shot.game.placing import places_to_try
+from billiard_shot.game.playable import raised
 from billiard_shot.game.racking import start
 from billiard_shot.scene import Noise, Scene
 from billiard_shot.scene.placement import CUE_BALL

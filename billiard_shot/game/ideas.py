@@ -4,8 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.game.call import Call, NO_CALL
-from billiard_shot.game.clearance import raised
 from billiard_shot.game.placing import call_of
+from billiard_shot.game.playable import raised
 from billiard_shot.game.rating import Idea, Position, rule_strokes
 from billiard_shot.game.safe_stroke import all_round, towards
 from billiard_shot.game.second_ply import second_ply

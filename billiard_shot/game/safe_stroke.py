@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from billiard_shot.game.call import Call, Decision
-from billiard_shot.game.clearance import raised
+from billiard_shot.game.playable import raised
 from billiard_shot.game.state import State
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene

@@ -9,8 +9,8 @@ from dataclasses import replace
 import math
 
 from billiard_shot.game.call import Call, Decision, NO_CALL
-from billiard_shot.game.clearance import playable_stroke
 from billiard_shot.game.placing import ListedShot
+from billiard_shot.game.playable import playable_stroke
 from billiard_shot.game.seen import Told
 from billiard_shot.game.state import State
 from billiard_shot.scene import Scene

@@ -9,8 +9,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from billiard_shot.game.agent import scene_of, simulated
 from billiard_shot.game.call import Call, NO_CALL
-from billiard_shot.game.clearance import raised
 from billiard_shot.game.outcome import Outcome
+from billiard_shot.game.playable import raised
 from billiard_shot.game.rack import MAX_SHOTS, take_shot
 from billiard_shot.game.racking import start
 from billiard_shot.game.referee import choose, concede, judge

@@ -15,11 +15,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.planning.candidates import Candidates
 from billiard_shot.planning.evaluate import Outcomes
 from billiard_shot.planning.limits import raise_for_clearance
 from billiard_shot.planning.places import draw_places, for_each
 from billiard_shot.planning.problem import Problem
+from billiard_shot.planning.routes import Candidates
 from billiard_shot.planning.runner import Runner
 from billiard_shot.records import Array
 from billiard_shot.scene.player import AZIMUTH, ELEVATION, SPEED

@@ -14,9 +14,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.planning.candidates import Candidates, spread_of
 from billiard_shot.planning.limits import raise_for_clearance
 from billiard_shot.planning.problem import Problem
+from billiard_shot.planning.routes import Candidates, spread_of
 from billiard_shot.planning.waypoints import distances_from, MIN_CUT_COSINE, Waypoint
 from billiard_shot.records import Array
 from billiard_shot.scene.player import AZIMUTH, ELEVATION

@@ -18,7 +18,7 @@ from billiard_shot.scene.errors import found_in, InputError, Mistake, must_be_on
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.scene.player import A, AZIMUTH, B, ELEVATION, SPEED
 from billiard_shot.scene.values import check_type, one_or_many
-from billiard_shot.shot.refusals import first_clear, Margins, margins_for
+from billiard_shot.shot.lowest_elevation import first_clear, Margins, margins_for
 
 BALL_CONSTRAINTS = ('first_contact', 'keep')  # constraints that name balls
 DIRECTIONS = 72  # in which the clearance of the cue is checked

@@ -11,7 +11,7 @@ import numpy as np
 
 from billiard_shot.planning.problem import Problem
 from billiard_shot.records import Array
-from billiard_shot.shot.model import tip_reach
+from billiard_shot.shot.strike_model import tip_reach
 from billiard_shot.table.table_states import TableStates
 
 NEAR_SIGMAS = 12.0

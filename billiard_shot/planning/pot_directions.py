@@ -20,8 +20,8 @@ from billiard_shot.table.geometry import (
     POCKETS,
     TableNumbers,
 )
-from billiard_shot.table.model import ENDLESS
 from billiard_shot.table.params import BallClothParams, GATE_AUTO
+from billiard_shot.table.scene_params import ENDLESS
 
 NO_BALL, PRESENT, LEGAL = 0, 1, 2  # kinds of a ball: not on the table; on it; also a target
 ARRIVALS = 1.0, 0.5, 2.0  # m/s, of the ball at the pocket; the best one often comes first

@@ -25,8 +25,8 @@ from billiard_shot.planning.targets import (
 )
 from billiard_shot.records import Array, ROWS
 from billiard_shot.scene import Noise, Scene
-from billiard_shot.shot.model import StrikeModel
 from billiard_shot.shot.setting import Setting, setting_of
+from billiard_shot.shot.strike_model import StrikeModel
 from billiard_shot.table.geometry import layout_of, POCKETS, TableModel
 from billiard_shot.table.run import POCKET_NAMES
 from billiard_shot.table.simulation_state import BallRule

@@ -28,8 +28,8 @@ from billiard_shot.scene import Noise, Scene, SceneLike
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.scene.player import A, B, ELEVATION, OFFSETS, SPEED
 from billiard_shot.shot.effects import model_of
-from billiard_shot.shot.model import StrikeModel
-from billiard_shot.shot.refusals import raising_of
+from billiard_shot.shot.lowest_elevation import raising_of
+from billiard_shot.shot.strike_model import StrikeModel
 from billiard_shot.table.data_frame import data_frame
 from billiard_shot.table.effects import params_on_table
 from billiard_shot.table.geometry import lay_out, POCKETS

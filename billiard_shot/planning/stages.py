@@ -14,7 +14,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from billiard_shot.planning.candidates import (
+from billiard_shot.planning.curved_paths import build_strike_library, curved_candidates
+from billiard_shot.planning.evaluate import Outcomes
+from billiard_shot.planning.problem import Problem
+from billiard_shot.planning.routes import (
     Candidates,
     candidates_along,
     concatenate,
@@ -23,9 +26,6 @@ from billiard_shot.planning.candidates import (
     routes_to,
     spread_azimuth,
 )
-from billiard_shot.planning.curved_paths import build_strike_library, curved_candidates
-from billiard_shot.planning.evaluate import Outcomes
-from billiard_shot.planning.problem import Problem
 from billiard_shot.planning.runner import Runner
 from billiard_shot.planning.waypoints import combinations, Waypoint, waypoints
 

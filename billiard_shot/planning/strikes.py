@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from billiard_shot.records import Array
 from billiard_shot.scene.player import AZIMUTH
-from billiard_shot.shot.model import StrikeModel
 from billiard_shot.shot.on_table import strike
+from billiard_shot.shot.strike_model import StrikeModel
 from billiard_shot.shot.stroke import vectors_of
 from billiard_shot.status import Status
 

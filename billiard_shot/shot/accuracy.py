@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from billiard_shot.compiled import inner
 from billiard_shot.numerics import rounding
-from billiard_shot.shot.model import StrikeModel
+from billiard_shot.shot.strike_model import StrikeModel
 
 # Velocity and spin err together; spin comes with the factor 7/2 of slip against velocity, of which
 # the roll that follows keeps 2/7.

@@ -13,8 +13,8 @@ from billiard_shot.scene import Scene, SceneLike
 from billiard_shot.scene.errors import must_be_one_of, refused
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.ghost_ball import path_of_cut, path_of_line
+from billiard_shot.shot.lowest_elevation import lowest_elevation, Margins, margins_for
 from billiard_shot.shot.predict import predict
-from billiard_shot.shot.refusals import lowest_elevation, Margins, margins_for
 from billiard_shot.shot.stroke import read_angle, read_numbers, Stroke
 from billiard_shot.table.outline import outline_of
 from billiard_shot.table.run import POCKET_NAMES

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from billiard_shot.impact.laws import ENERGETIC
 from billiard_shot.records import Array
 from billiard_shot.shot.accuracy import Accuracy, strike_tolerance
-from billiard_shot.shot.model import StrikeModel
 from billiard_shot.shot.on_table import task_of
 from billiard_shot.shot.setting import alone
+from billiard_shot.shot.strike_model import StrikeModel
 from billiard_shot.status import MISS
 from billiard_shot.table.task import run_tables
 

@@ -9,10 +9,10 @@ from billiard_shot.records import Array
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL, no_place
 from billiard_shot.shot.accuracy import Accuracy, HOPS, HOPS_BEFORE_CUSHIONS
+from billiard_shot.shot.cues import cues_of
 from billiard_shot.shot.mapped_strike import ALL_SOLVED, Mapped
-from billiard_shot.shot.model import StrikeModel
 from billiard_shot.shot.setting import alone, Setting
-from billiard_shot.shot.strike import cues_of
+from billiard_shot.shot.strike_model import StrikeModel
 from billiard_shot.table.table_states import TableStates
 from billiard_shot.table.task import run_tables, TableTask
 

@@ -13,12 +13,12 @@ from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.clearance import NOTHING_AROUND, Surroundings, surroundings_of
 from billiard_shot.shot.effects import model_of
-from billiard_shot.shot.model import cue_params, StrikeModel
+from billiard_shot.shot.strike_model import cue_params, StrikeModel
 from billiard_shot.table.cue import CueParams, TIP_DURATION
 from billiard_shot.table.effects import table_on
 from billiard_shot.table.initial_states import ball_starts
-from billiard_shot.table.model import ENDLESS
 from billiard_shot.table.params import GATE_OFF, TableParams
+from billiard_shot.table.scene_params import ENDLESS
 
 FARTHEST = 2.0  # way of a ball while a tip touches it, in lengths that the cue alone would go
 

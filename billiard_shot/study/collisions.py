@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from billiard_shot.impact import Body, collide, CollisionResult, Contact
 from billiard_shot.records import Array, Triple
 from billiard_shot.scene import Scene
-from billiard_shot.shot.model import strike_model, StrikeModel
+from billiard_shot.shot.strike_model import strike_model, StrikeModel
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.table.cue_impact import UP
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL
-from billiard_shot.shot.refusals import lowest_elevation
+from billiard_shot.shot.lowest_elevation import lowest_elevation
 from billiard_shot.shot.stroke import Stroke
 
 NEAR = 2e-3  # m

@@ -16,7 +16,7 @@ from billiard_shot.impact.contact_space import (
 from billiard_shot.impact.solve import Properties, solve_in_contact_space
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene
-from billiard_shot.shot.model import strike_model, StrikeModel
+from billiard_shot.shot.strike_model import strike_model, StrikeModel
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.status import Status
 from billiard_shot.study.collisions import collision_of

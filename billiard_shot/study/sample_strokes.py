@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from billiard_shot.scene import Scene
-from billiard_shot.shot.refusals import lowest_elevation
+from billiard_shot.shot.lowest_elevation import lowest_elevation
 from billiard_shot.shot.stroke import Stroke
 
 

@@ -27,7 +27,6 @@ from billiard_shot.table.event_handlers import (
 from billiard_shot.table.gather import gather, ImpactRoom, Meeting
 from billiard_shot.table.geometry import lay_out, PackedTable, TableModel
 from billiard_shot.table.initial_states import ball_starts, BallStart, MIN_HEIGHT
-from billiard_shot.table.model import ENDLESS
 from billiard_shot.table.motion import (
     ABSENT,
     advance_ball,
@@ -45,6 +44,7 @@ from billiard_shot.table.motion import (
     stop_ball,
 )
 from billiard_shot.table.params import BallClothParams, GATE_AUTO
+from billiard_shot.table.scene_params import ENDLESS
 from billiard_shot.table.simulation_state import (
     log_segment,
     note_meeting,

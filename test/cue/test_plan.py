@@ -10,11 +10,11 @@ from plans import contact_of, MECHANISM, plan_of, RADIUS, random_shot, SCENE, SH
 import pytest
 
 from billiard_shot import Stroke
-from billiard_shot.cue.clearance import first_touch, gap, SETBACK, Shape
 from billiard_shot.cue.kinematics import forward_kinematics
 from billiard_shot.cue.mechanism import STROKE
 from billiard_shot.cue.outcome import GoalOutcome, RefusedError
 from billiard_shot.cue.plan import prepare_shot, ShotPlan, tip_at
+from billiard_shot.cue.touch import first_touch, gap, SETBACK, Shape
 from billiard_shot.records import ROWS
 from billiard_shot.shot.predict import predict
 from billiard_shot.table.motion import Motion, SegmentRecord

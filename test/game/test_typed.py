@@ -21,7 +21,7 @@ from billiard_shot.game.typed import (
     read_place,
     read_shot,
 )
-from billiard_shot.shot.refusals import refusals_in
+from billiard_shot.shot.lowest_elevation import refusals_in
 from billiard_shot.shot.stroke import vectors_of
 
 BALLS = {'cue': (-0.3, 0.0), '1': (0.3, 0.1), '9': (0.6, -0.3), '8': (0.0, 0.4)}

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from billiard_shot import predict, Scene, Stroke
-from billiard_shot.planning.candidates import candidates_along, random_candidates, routes_to
 from billiard_shot.planning.curved_paths import build_strike_library, curved_candidates
 from billiard_shot.planning.limits import limits_of
 from billiard_shot.planning.noises import NOISES
 from billiard_shot.planning.problem import problem_of
+from billiard_shot.planning.routes import candidates_along, random_candidates, routes_to
 from billiard_shot.planning.statistics import sample_execution_noise, wilson_interval
 from billiard_shot.planning.targets import target_of
 from billiard_shot.planning.waypoints import is_clear, mirror_path, sequences, waypoints

@@ -25,7 +25,7 @@ from billiard_shot.planning.statistics import (
 )
 from billiard_shot.planning.targets import target_of
 from billiard_shot.scene.player import AZIMUTH, B, ELEVATION, SPEED
-from billiard_shot.shot.refusals import refusals_in
+from billiard_shot.shot.lowest_elevation import refusals_in
 from billiard_shot.shot.stroke import vectors_of
 from billiard_shot.table.run import POCKET_NAMES
 

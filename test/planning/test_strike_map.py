@@ -18,12 +18,12 @@ from billiard_shot.planning.strike_map import (
 )
 from billiard_shot.planning.targets import target_of
 from billiard_shot.scene import Noise
+from billiard_shot.shot.cues import cues_of
 from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.mapped_strike import SOLVED
 from billiard_shot.shot.on_table import strike
 from billiard_shot.shot.play import play
 from billiard_shot.shot.setting import alone, FARTHEST
-from billiard_shot.shot.strike import cues_of
 from billiard_shot.shot.stroke import vectors_of
 from billiard_shot.table.cue import TIP_DURATION
 

@@ -1,10 +1,10 @@
 """Strikes of the library as impacts of moving bodies, whatever takes part."""
 
 from billiard_shot.records import ROWS
-from billiard_shot.shot.model import cue_params, tip_reach
+from billiard_shot.shot.strike_model import cue_params, tip_reach
 from billiard_shot.table.cue import CueRecord
 from billiard_shot.table.initial_states import ball_starts
-from billiard_shot.table.model import ENDLESS
+from billiard_shot.table.scene_params import ENDLESS
 from billiard_shot.table.task import run_tables, TableTask
 
 

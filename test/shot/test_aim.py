@@ -9,7 +9,7 @@ from scipy.spatial.distance import pdist
 
 from billiard_shot import aim, lowest_elevation, predict, Scene, Stroke
 from billiard_shot.cli import main
-from billiard_shot.shot.refusals import refusals_in
+from billiard_shot.shot.lowest_elevation import refusals_in
 from billiard_shot.shot.stroke import vectors_of
 
 PLAIN = {'ball_ball': {'restitution': 1.0, 'friction_fast': 0, 'friction_slow': 0}}

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from billiard_shot import predict, predict_batch, Scene, Status, Stroke
-from billiard_shot.shot.refusals import lowest_elevation
+from billiard_shot.shot.lowest_elevation import lowest_elevation
 
 POOL = Scene.load('pool_table')
 R = POOL.ball.radius

@@ -10,10 +10,10 @@ from billiard_shot import effects_of, predict, Scene, sensitivity_of, Status, St
 from billiard_shot.scene import Effects, Noise
 from billiard_shot.scene.bundled import scene_names
 from billiard_shot.shot.effects import GATES, STRIKE_GATES
-from billiard_shot.shot.model import strike_model
+from billiard_shot.shot.strike_model import strike_model
 from billiard_shot.study.differences import steps
 from billiard_shot.table.effects import TABLE_GATES
-from billiard_shot.table.model import table_params
+from billiard_shot.table.scene_params import table_params
 from billiard_shot.table.trajectory import EventKind
 
 NAMES = [gate.name for gate in GATES]

@@ -9,7 +9,7 @@ from strike_reference import BALL, CLOTH, EDGE, integrate, Springs
 
 from billiard_shot import Scene, Status, Stroke
 from billiard_shot.shot.effects import model_of
-from billiard_shot.shot.model import cue_params
+from billiard_shot.shot.strike_model import cue_params
 from billiard_shot.table.cue_impact import CLOTH_CONTACT, MAX_HITS, TIP_CONTACT
 from billiard_shot.table.effects import table_on
 

@@ -2,8 +2,8 @@
 
 from billiard_shot.status import Status
 from billiard_shot.table.initial_states import ball_starts
-from billiard_shot.table.model import ENDLESS
 from billiard_shot.table.params import BallClothParams
+from billiard_shot.table.scene_params import ENDLESS
 from billiard_shot.table.task import run_with_events, TableTask
 from billiard_shot.table.trajectory import Trajectory
 

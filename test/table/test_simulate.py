@@ -224,7 +224,7 @@ def test_a_run_too_long_says_so():
 def test_one_ball_does_what_it_does_alone():
     from rolling import run as alone
 
-    from billiard_shot.table.model import ball_cloth_params
+    from billiard_shot.table.scene_params import ball_cloth_params
 
     path, _, _ = alone((1, 0.2, 0), (30, -10, 20), ball_cloth_params(POOL))
     run = play(ENDLESS, cue=state(0, 0, (1, 0.2, 0), (30, -10, 20)))

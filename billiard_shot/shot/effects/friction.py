@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.shot.effects.context import ShotContext
-from billiard_shot.shot.model import StrikeModel
+from billiard_shot.shot.strike_model import StrikeModel
 from billiard_shot.table.cue_impact import CLOTH_CONTACT, TIP_CONTACT
 from billiard_shot.table.effects import EffectGate, GateDecision, OFF
 

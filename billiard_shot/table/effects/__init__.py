@@ -23,8 +23,8 @@ from billiard_shot.table.effects.effect import (
     ON,
     report,
 )
-from billiard_shot.table.model import ball_cloth_params, table_params
 from billiard_shot.table.params import BallClothParams, TableParams
+from billiard_shot.table.scene_params import ball_cloth_params, table_params
 
 __all__ = [
     'Effect',

@@ -7,8 +7,8 @@ from billiard_shot.compiled import entry, inner
 from billiard_shot.records import Floats, Storage
 from billiard_shot.scene.player import A, AZIMUTH, B
 from billiard_shot.shot.clearance import least_turn, NOTHING_AROUND, Surroundings
-from billiard_shot.shot.model import StrikeModel
-from billiard_shot.shot.strike import EXAMPLE_MODEL, refusal
+from billiard_shot.shot.cues import EXAMPLE_MODEL, refusal
+from billiard_shot.shot.strike_model import StrikeModel
 from billiard_shot.shot.stroke import axes
 from billiard_shot.status import CUE_THROUGH_BALL, CUE_THROUGH_CLOTH, CUE_THROUGH_CUSHION
 

@@ -12,8 +12,8 @@ from billiard_shot.records import Array, as_rows, Floats, Storage, Vector
 from billiard_shot.shot.accuracy import drift_of, strike_tolerance
 from billiard_shot.shot.clearance import clearance, NOTHING_AROUND, Surroundings
 from billiard_shot.shot.mapped_strike import ALL_SOLVED, Mapped, MOTION, SOLVED, write_motion
-from billiard_shot.shot.model import StrikeModel, tip_reach
 from billiard_shot.shot.setting import reaching_speeds, Setting
+from billiard_shot.shot.strike_model import StrikeModel, tip_reach
 from billiard_shot.status import (
     CUE_THROUGH_CLOTH,
     INVALID_STROKE,

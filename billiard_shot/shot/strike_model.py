@@ -10,8 +10,8 @@ from billiard_shot.scene import Scene
 from billiard_shot.table.contact_duration import stiffness_of
 from billiard_shot.table.cue import CueParams, TIP_DURATION
 from billiard_shot.table.cue_impact import CLOTH_CONTACT, TIP_CONTACT
-from billiard_shot.table.model import ball_cloth_params
 from billiard_shot.table.params import BallClothParams, TableParams
+from billiard_shot.table.scene_params import ball_cloth_params
 
 REACH = 0.03  # m: farther than a ball goes while the tip of a cue at 10 m/s touches it
 NORMALS = 16  # that a contact has in TIP_DURATION

@@ -11,14 +11,14 @@ from billiard_shot.scene import Noise, Scene, SceneLike
 from billiard_shot.scene.errors import refused
 from billiard_shot.scene.player import B, ELEVATION
 from billiard_shot.scene.values import as_float, as_floats
-from billiard_shot.shot.clear_elevation import (
+from billiard_shot.shot.clearance import surroundings_of
+from billiard_shot.shot.cues import cues_of
+from billiard_shot.shot.effects import model_of
+from billiard_shot.shot.raising import (
     Raising,
     write_clear_elevations,
 )
-from billiard_shot.shot.clearance import surroundings_of
-from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.setting import setting_of
-from billiard_shot.shot.strike import cues_of
 from billiard_shot.shot.stroke import playable_offsets, vectors_of
 from billiard_shot.status import Status
 
