@@ -159,7 +159,9 @@ def test_other_balls_count():
     with pytest.raises(RefusedError, match="ball '8' is in the way of the cue") as caught:
         prepare_shot(MECHANISM, SCENE, plan_of(shot, others={'8': (-0.3, 0.01)}))
     assert caught.value.outcome is GoalOutcome.TOUCHES_AGAIN
-    with pytest.raises(RefusedError, match="mm from ball 'cue', got 10 mm") as caught:
+    with pytest.raises(
+        RefusedError, match=r"from ball 'cue', which it overlaps by 47\.2 mm"
+    ) as caught:
         prepare_shot(MECHANISM, SCENE, plan_of(shot, others={'8': (0.01, 0.0)}))
     assert caught.value.outcome is GoalOutcome.INVALID_PLAN
     with pytest.raises(RefusedError, match="touch ball 'cue' again"):

@@ -154,3 +154,11 @@ def test_practice_ends_with_the_first_shot_without_a_pot():
     ):
         ended = judge(one, Call(), outcome).state
         assert (ended.over, ended.winner) == (True, None)
+
+
+@pytest.mark.parametrize('of', [start('nine_ball', 'pool_table'), CAROM])
+def test_a_table_without_object_balls_has_a_ruling(of):
+    alone = replace(of, balls={'cue': (0.0, 0.0)}, in_hand='')
+    ruling = judge(alone, shot=Outcome(places={'cue': (0.5, 0.0)}))
+    assert ruling.fouls or ruling.state.game.name == 'three_cushion'
+    assert ruling.state.in_hand or 'cue' in ruling.state.balls

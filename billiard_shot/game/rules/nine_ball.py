@@ -21,7 +21,7 @@ FOULS_THAT_LOSE = 3  # consecutive fouls (2.8, 6.14)
 
 def targets(state: State) -> tuple[str, ...]:
     """Return the ball that must be met first: the lowest one."""
-    return (min(state.object_balls, key=int),)
+    return tuple(sorted(state.object_balls, key=int)[:1])
 
 
 def rule(state: State, call: Call, outcome: Outcome) -> Ruling:

@@ -46,20 +46,17 @@ def rule(state: State, call: Call, outcome: Outcome) -> Ruling:
     text = in_words(tuple(fouls), 'a point' if point else 'no point')
 
     def arrange(resting: State) -> State:
-        return _arranged(resting, outcome.off_table, turns=not point)
+        return _arranged(resting, turns=not point)
 
     return Ruling(after, tuple(fouls), text, arrange=arrange)
 
 
-def _arranged(state: State, lost: tuple[str, ...], *, turns: bool) -> State:
-    """Change the names of the cue balls with the turn, and spot the balls that left (28)."""
+def _arranged(state: State, *, turns: bool) -> State:
+    """Change the names of the cue balls with the turn, and spot the balls that are gone (28)."""
     names = {CUE_BALL: 'other', 'other': CUE_BALL} if turns else {}
     balls = {names.get(ball, ball): place for ball, place in state.balls.items()}
     spots = {'red': foot_spot(state), CUE_BALL: head_spot(state), 'other': (0.0, 0.0)}
-    for ball in lost:
-        ball = names.get(ball, ball)
-        balls[ball] = spots[ball]
-    return replace(state, balls=balls)
+    return replace(state, balls=spots | balls)
 
 
 def rack(state: State, balls: tuple[str, ...]) -> dict[str, Place]:
