@@ -236,7 +236,7 @@ def test_a_plan_that_fails_aborts_with_its_reason(asking):
         ),
         (
             {'target': POT, 'balls': balls(cue=(0.0, 0.0), b8=(0.01, 0.0))},
-            "mm from ball 'cue', got 10 mm",
+            "mm from ball 'cue', which it overlaps by 47.1 mm",
         ),
         (
             {'target': POT, 'limits': [StrokeLimits()]},

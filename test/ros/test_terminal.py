@@ -54,18 +54,17 @@ def test_a_plan_is_short_and_its_long_form_is_not():
     assert len(result.ranking) > 1
     request = plan_conversions.PlanRequest(scene, {'pot': '8'}, scene.noise, {}, 20000, 4)
 
-    def lines(**goal):
-        return len(
-            as_yaml(
-                plan_conversions.plan_result(
-                    result, request, '12345678', PlanShot.Goal(**goal), Header()
-                )
-            ).splitlines()
-        )
+    def printed(**goal):
+        goal = PlanShot.Goal(**goal)
+        answer = plan_conversions.plan_result(result, request, '12345678', goal, Header())
+        return len(as_yaml(answer).splitlines()), answer.plans[0].trajectory.times
 
-    # Beside two screens, the covariances of two balls, an element a line.
-    assert lines() <= 2 * SCREEN + 2 * 9
-    assert lines(plan_count=10, sample_count=200) > 2000 * len(result.ranking)
+    # Place, velocity and spin are printed a number a line, at few times by default.
+    lines, times = printed()
+    assert len(times) <= conversions.MAX_KEY_TIMES
+    assert lines - 11 * len(times) <= 1.5 * SCREEN
+    lines, _ = printed(plan_count=10, sample_count=200)
+    assert lines > 2000 * len(result.ranking)
 
 
 def test_strings_from_outside_do_not_control_the_terminal(capsys):
