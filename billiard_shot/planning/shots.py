@@ -30,6 +30,7 @@ from billiard_shot.scene.player import A, B, ELEVATION, OFFSETS, SPEED
 from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.lowest_elevation import raising_of
 from billiard_shot.shot.strike_model import StrikeModel
+from billiard_shot.table.cloth import rolling_share
 from billiard_shot.table.data_frame import data_frame
 from billiard_shot.table.effects import params_on_table
 from billiard_shot.table.geometry import lay_out, POCKETS
@@ -233,7 +234,7 @@ def _player(storage: Storage, scene: Scene, noise: Noise, balls: int) -> PlayerR
     limits = limits_of(scene, None, noise)
     robot, margins = limits.robot, limits.margins
     strikes = strikes_of(model_of(scene))
-    playable = np.isfinite(strikes).all(axis=(0, 2))
+    playable = np.isfinite(strikes).all(axis=(0, 1))
     steepest = ELEVATION_STEP * (int(np.argmin(np.append(playable, False))) - 1)
     lowest, highest = limits.elevations
     a, _, _, azimuth, speed = noise.sigmas(scene.ball.radius).tolist()
@@ -242,7 +243,7 @@ def _player(storage: Storage, scene: Scene, noise: Noise, balls: int) -> PlayerR
     stroke = np.zeros(len(OFFSETS))
     stroke[B] = -margins.b
     return PlayerRecord(
-        CentralStrikes(*map(storage.array, np.nan_to_num(strikes).transpose(2, 0, 1))),
+        CentralStrikes(*(storage.array(np.nan_to_num(each)) for each in strikes)),
         a,
         azimuth,
         speed,
@@ -255,8 +256,8 @@ def _player(storage: Storage, scene: Scene, noise: Noise, balls: int) -> PlayerR
 
 
 @lru_cache(maxsize=8)
-def strikes_of(model: StrikeModel) -> Array:
-    """Solve the strokes of `PlayerRecord.strikes`; NaN where they cannot be played."""
+def strikes_of(model: StrikeModel) -> CentralStrikes:
+    """Solve strokes in the middle; NaN where they cannot be played."""
     strokes = np.zeros((3, len(STRIKE_SPEEDS), ELEVATION_COUNT, 5))
     strokes[..., ELEVATION] = ELEVATION_STEP * np.arange(ELEVATION_COUNT)
     strokes[..., SPEED] = np.reshape(STRIKE_SPEEDS, (-1, 1))
@@ -267,10 +268,12 @@ def strikes_of(model: StrikeModel) -> Array:
     )
     across, turning = ((each[2] - each[1]) / (2.0 * OFFSET) for each in (velocity, surface))
     # a ball that rolls has the angular momentum about its lowest point that it had before
-    ball = model.surface
-    share = ball.inertia / (ball.inertia + ball.mass * ball.radius**2)
+    share = 1.0 / rolling_share(model.surface)
     rolling = (1.0 - share) * across[..., 1] - share * turning[..., 0]
-    along, top = velocity[0, ..., 0], surface[0, ..., 1]
-    strikes = np.stack([along, top, across[..., 1], rolling, turning[..., 2]], axis=-1)
-    strikes.flags.writeable = False
-    return strikes
+    return CentralStrikes(
+        forward=velocity[0, ..., 0],
+        roll=surface[0, ..., 1],
+        across=across[..., 1],
+        rolling_across=rolling,
+        side=turning[..., 2],
+    )
