@@ -18,7 +18,6 @@ from billiard_shot.planning.places import as_struck
 from billiard_shot.planning.problem import Problem
 from billiard_shot.planning.strike_map import bounds_of, Cell, Fit, fit_cell, Maps
 from billiard_shot.records import Array
-from billiard_shot.shot.mapped_strike import ALL_SOLVED, Mapped
 
 T = TypeVar('T')
 
@@ -147,13 +146,6 @@ class Runner:
             for future in futures:
                 future.cancel()
 
-    def _mapped(self, strokes: Array, *, strict: bool) -> Mapped:
-        """Map strokes, fitting missing cells."""
-        maps = self._maps
-        if not maps.applies:
-            return ALL_SOLVED
-        return maps.mapped(strokes, self._fitted, strict=strict)
-
     def _fitted(self, cells: list[Cell]) -> Iterator[Fit]:
         """Fit cells of the map."""
         model = self._maps.model
@@ -185,7 +177,7 @@ class Runner:
             strokes = as_struck(self._problem, strokes, places)
         size = self._chunk(len(strokes))
         parts = [slice(i, i + size) for i in range(0, len(strokes), size)]
-        mapped = self._mapped(strokes, strict=exact)
+        mapped = self._maps.mapped(strokes, self._fitted, strict=exact)
         work = partial(self._work, to_the_end=to_the_end, coarse=not exact)
         futures = [
             self._executor.submit(

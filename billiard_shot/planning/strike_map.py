@@ -26,7 +26,15 @@ from billiard_shot.planning.statistics import quasi_random
 from billiard_shot.planning.strikes import strike_alone
 from billiard_shot.records import Array
 from billiard_shot.scene.player import A, AZIMUTH, B, SPEED
-from billiard_shot.shot.mapped_strike import EXPONENTS, Mapped, MOTION, SOLVED, TERMS, VARIED
+from billiard_shot.shot.mapped_strike import (
+    ALL_SOLVED,
+    EXPONENTS,
+    Mapped,
+    MOTION,
+    SOLVED,
+    TERMS,
+    VARIED,
+)
 from billiard_shot.shot.strike_model import StrikeModel
 
 # Of the largest cells: a and b (ball radii), elevation (rad); and of all cells: speed (m/s).
@@ -75,7 +83,7 @@ class Maps:
         Errors of velocity, of spin times radius, and of cue speed, that do not matter, see
         `bounds_of`.
     slower_than : float
-        Speed of the cue from which on strokes are not mapped [m/s], see `reaching_speed`.
+        Speed of the cue from which on strokes are not mapped [m/s], see `reaching_speeds`.
 
     """
 
@@ -96,7 +104,7 @@ class Maps:
         """
         Choose the cells by which strokes (n, 5) are mapped, and fit those that are missing.
 
-        A stroke that is NaN is not mapped.
+        A stroke that is NaN is not mapped; none is if the player makes no errors.
 
         Parameters
         ----------
@@ -107,6 +115,8 @@ class Maps:
             Whether errors must be within `STRICT_SHARE`, not only within `DEVIATION_SHARE`.
 
         """
+        if not self.applies:
+            return ALL_SOLVED
         number = np.full(len(strokes), SOLVED)
         bounds = self.bounds * (STRICT_SHARE / DEVIATION_SHARE if strict else 1.0)
         left = np.flatnonzero(strokes[:, SPEED] < self.slower_than)

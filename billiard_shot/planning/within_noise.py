@@ -13,7 +13,6 @@ from billiard_shot.planning.strike_map import bounds_of, Cell, Fit, fit_cell, Ma
 from billiard_shot.records import Array
 from billiard_shot.scene import Noise, Scene, SceneLike
 from billiard_shot.scene.values import as_floats
-from billiard_shot.shot.mapped_strike import ALL_SOLVED
 from billiard_shot.shot.play import play
 from billiard_shot.shot.setting import setting_of
 from billiard_shot.shot.stroke import playable_offsets, vectors_of
@@ -96,6 +95,5 @@ def play_within_noise(
 
         return chain.from_iterable(in_threads(fit, len(cells), workers))
 
-    mapped = maps.mapped(strokes, fitted) if maps.applies else ALL_SOLVED
-    accuracy = accuracy_within(sigmas)
+    mapped, accuracy = maps.mapped(strokes, fitted), accuracy_within(sigmas)
     return play(scene, *vectors_of(strokes), tables, accuracy, mapped, workers)

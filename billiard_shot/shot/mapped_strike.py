@@ -65,8 +65,10 @@ SOLVED = -1
 MIRROR = 1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0  # of a motion, if a changes sign
 
 
-NO_CELLS = np.zeros((0, 4)), np.zeros((0, 4)), np.zeros((0, TERMS, MOTION))
-ALL_SOLVED = Mapped(np.zeros((1, 5)), np.array([SOLVED]), *NO_CELLS)
+_NONE = np.zeros((0, len(VARIED)))
+ALL_SOLVED = Mapped(
+    np.zeros((1, 5)), np.array([SOLVED]), _NONE, _NONE, np.zeros((0, TERMS, MOTION))
+)
 """For any number of strokes whose strikes are to be solved."""
 
 
