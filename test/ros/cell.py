@@ -40,6 +40,16 @@ Nodes and their arguments, patient with a machine that is busy with other tests.
 
 At the default rate of joint_states the driver and the mechanism take half a core.
 """
+ON_ROBOT_TABLE = ('-p', 'scene:=robot_table')
+WITH_CAMERA = {
+    'cue_driver': (*PATIENT['cue_driver'], *ON_ROBOT_TABLE),
+    'cue_sim': PATIENT['cue_sim'],
+    'table_sim': (*ON_ROBOT_TABLE, '-p', 'camera:=true', '-p', 'detection_noise:=0.0005'),
+    'table_tracker': ON_ROBOT_TABLE,
+    'predictor': (),
+}
+"""Nodes and their arguments for a table that a simulated camera sees."""
+
 DEADLINE = 2.0
 """Seconds without a command after which the mechanism stops by itself."""
 

@@ -20,7 +20,7 @@ from action_msgs.msg import GoalStatus
 from bags import content, messages, recording, topics_of
 from billiard_shot_msgs.action import PlayTurn
 from billiard_shot_msgs.msg import BallState, GameState
-from cell import PATIENT
+from cell import WITH_CAMERA
 import numpy as np
 from rclpy.action import ActionClient
 from waiting import PATIENCE
@@ -40,15 +40,7 @@ from billiard_shot.table.outline import outline_of
 
 SPACE = '/game'
 SCENE = Scene.load('robot_table')
-ON_IT = ('-p', 'scene:=robot_table')
-NODES = {
-    'cue_driver': (*PATIENT['cue_driver'], *ON_IT),
-    'cue_sim': PATIENT['cue_sim'],
-    'table_sim': (*ON_IT, '-p', 'camera:=true', '-p', 'detection_noise:=0.0005'),
-    'table_tracker': ON_IT,
-    'predictor': (),
-    'player': ('--', '--serve', '--scene', 'robot_table'),
-}
+NODES = WITH_CAMERA | {'player': ('--', '--serve', '--scene', 'robot_table')}
 ELSEWHERE = re.compile('/(planner/.*|table_display/.*|tf|tf_static|robot_description)$')
 """Topics of nodes that are tested elsewhere: `planner`, `table_display` and `cue_model`."""
 PICTURES, TABLE = f'{SPACE}/detections', f'{SPACE}/table_state'

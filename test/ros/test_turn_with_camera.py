@@ -6,7 +6,7 @@ pytest.importorskip('billiard_shot_msgs', reason='needs ROS 2')
 pytest.importorskip('vision_msgs', reason='needs vision_msgs')
 
 from billiard_shot_msgs.action import PlayTurn
-from cell import Cell, PATIENT
+from cell import Cell, WITH_CAMERA
 from waiting import PATIENCE
 
 from billiard_shot import Scene
@@ -15,21 +15,12 @@ from billiard_shot.game.tournament import find_agent
 from billiard_shot.ros.game_table import GameTable
 from billiard_shot.ros.turn import Turn
 
-ON_IT = ('-p', 'scene:=robot_table')
-NODES = {
-    'cue_driver': (*PATIENT['cue_driver'], *ON_IT),
-    'cue_sim': PATIENT['cue_sim'],
-    'table_sim': (*ON_IT, '-p', 'camera:=true', '-p', 'detection_noise:=0.0005'),
-    'table_tracker': ON_IT,
-    'predictor': (),
-}
-
 
 @pytest.mark.slow
 def test_a_ball_is_cleared(node, launch_once):
     """The 8 of the scene is taken away, and the tracker forgets it."""
     scene = Scene.load('robot_table')
-    cell = Cell(launch_once, '/turn_seen', NODES)
+    cell = Cell(launch_once, '/turn_seen', WITH_CAMERA)
     state = start('practice', scene, seed=1, balls=1)
     said = []
     turn = Turn(
