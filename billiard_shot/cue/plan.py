@@ -141,7 +141,7 @@ def tip_at(stroke: Stroke, ball: tuple[float, float], scene: Scene) -> TipPose:
 
 
 def hidden_balls(shot: PreparedShot, width: float) -> set[str]:
-    """Names of the balls within `width` [m] of the axis of the cue, behind its tip."""
+    """Names of the balls within `width` [m] beside the axis of the cue and ahead of its tip."""
     x, y = shot.contact.position[:2]
     cos, sin = math.cos(shot.contact.azimuth), math.sin(shot.contact.azimuth)
     hidden = set()

@@ -30,7 +30,7 @@ T = TypeVar('T', int, float)
 PHASES = ('break', 'second', 'play')
 IN_HAND = ('', 'kitchen', 'anywhere')
 GROUPS = ('', ''), ('solids', 'stripes'), ('stripes', 'solids')
-CHOICES = {  # that rules offer, and what they mean
+CHOICES = {  # names of the choices that rules offer, and their meanings
     'accept': 'play on',
     'kitchen': 'take the cue ball in hand behind the head string',
     'break': 'break a new rack',

@@ -54,7 +54,7 @@ class Pot(NamedTuple):
 
     way: float  # m, to the middle of the hole
     into: float  # rad, middle of the directions in which it falls
-    half: float  # rad, half of the interval of these directions; at most 0: there are none
+    half: float  # rad, half of the interval of these directions; 0 or less if there are none
 
 
 @inner

@@ -54,7 +54,7 @@ class Problem:
 
     @property
     def model(self) -> StrikeModel:
-        """What a strike depends on."""
+        """The numbers that a strike depends on."""
         return self.setting.model
 
     @property

@@ -25,7 +25,7 @@ from billiard_shot.ros.node_runner import GoalHandle
 from billiard_shot.ros.turn import early_end, Turn
 from billiard_shot.scene.errors import InputError, Mistake, must_be_one_of, printable
 
-RULE_TIME = 60.0  # s in which somebody has to say what a shot did, once the goal is canceled
+RULE_TIME = 60.0  # s that somebody has to state the outcome of a shot whose goal is canceled
 
 
 class TurnServer:
