@@ -123,6 +123,7 @@ class ControllerClient:
 
     def close(self) -> None:
         """Withdraw the client."""
+        self._goals.close()  # an executor may still hold answers that it has taken
         self._client.destroy()
 
     def _follow(self, trajectory: JointTrajectory, decided: int) -> None:

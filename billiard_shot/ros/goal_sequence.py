@@ -35,6 +35,7 @@ class GoalSequence:
         self._newest: Future[Any] | None = None  # answer to the last goal, unless it is given up
         self._accepted: ClientGoalHandle[Any, Any, Any] | None = None  # the last accepted goal
         self._answers: deque[Future[Any]] = deque(maxlen=100)
+        self._is_closed = False
 
     @property
     def age(self) -> float:
@@ -72,13 +73,17 @@ class GoalSequence:
             self._answers.append(self._accepted.cancel_goal_async())
             self._accepted = None
 
+    def close(self) -> None:
+        """Ignore later answers: nothing can be sent any more."""
+        self._is_closed = True
+
     @property
     def _is_open(self) -> bool:
         return self._newest is not None and not self._newest.done()
 
     def _on_answer(self, answer: 'Future[Any]') -> None:
         handle = answer.result()
-        if handle is None:
+        if handle is None or self._is_closed:
             return
         if answer is not self._newest:
             if handle.accepted:

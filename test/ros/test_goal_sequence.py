@@ -56,9 +56,11 @@ class Handle:
         self.is_stop = seconds(goal.trajectory.header.stamp) == 0.0
 
     def get_result_async(self):
+        assert not self.server.is_destroyed
         return self.result
 
     def cancel_goal_async(self):
+        assert not self.server.is_destroyed
         answer = Future()
         self.server.inbox.append(lambda: self.server.cancel(self, answer))
         return answer
@@ -74,11 +76,15 @@ class Server:
 
     def __init__(self):
         self.inbox, self.outbox, self.sent = [], [], []
+        self.is_destroyed = False
         self.active = None
         self.rejects, self.is_ready = False, True
 
     def server_is_ready(self):
         return self.is_ready
+
+    def destroy(self):
+        self.is_destroyed = True
 
     def send_goal_async(self, goal):
         handle, answer = Handle(self, goal), Future()
@@ -279,6 +285,16 @@ def test_a_rejected_goal_cancels_the_goal_before_it(bench):
     bench.server.run()
     assert bench.server.active is None
     assert 'rejected' in bench.client.failure
+
+
+@pytest.mark.filterwarnings('error:Unhandled exception')
+@pytest.mark.parametrize('commands', [[STROKE], [STROKE, STOP]])
+def test_answers_after_the_client_was_closed_are_ignored(bench, commands):
+    """An executor calls back for an answer that it took before."""
+    for command in commands:
+        bench.send(command)
+    bench.client.close()
+    bench.server.run()
 
 
 class Threads:
