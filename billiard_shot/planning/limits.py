@@ -87,19 +87,17 @@ def limits_of(scene: Scene, constraints: Mapping[str, Any] | Robot | None, noise
 
     """
     margins = margins_for(noise, scene.ball.radius)
-    if isinstance(constraints, Robot):
-        return Limits(constraints, (), (), margins)
-    if constraints is None:
-        constraints = {}
+    robot = scene.robot if constraints is None else constraints
+    if isinstance(robot, Robot):
+        return Limits(robot, (), (), margins)
     check_type('constraints', constraints, Mapping)
     data = dict(constraints)
     mistakes: list[Mistake] = []
     chosen = {key: _names(scene, key, data.pop(key, None), mistakes) for key in BALL_CONSTRAINTS}
-    known = asdict(scene.robot)
+    robot, known = scene.robot, asdict(scene.robot)
     for key in data:
         if key not in known:
             mistakes.append(Mistake((str(key),), unknown(str(key), [*known, *BALL_CONSTRAINTS])))
-    robot = scene.robot
     try:
         robot = read(Robot, {**known, **{key: data[key] for key in data if key in known}})
     except InputError as error:
