@@ -135,8 +135,7 @@ def deviation_of(shot: Shot, ball: str, pockets: Sequence[str]) -> Deviation | N
 def why_not_straight(scene: Scene, target: Pot, keep: Sequence[str] = ()) -> str:
     """Say what prevents the best straight pot of a ball outside `keep`; '' if a pot succeeds."""
     reasons = []
-    others = [each for each in scene.balls if each != CUE_BALL and each not in keep]
-    wanted = [each for each in others if target.wants(each)]
+    wanted = [each for each in scene.object_balls if target.wants(each) and each not in keep]
     for ball, pocket in product(wanted, target.pocket):
         try:
             shot = predict(scene, aim(scene, ball, pocket=pocket, speed=FIRM))
