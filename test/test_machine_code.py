@@ -222,7 +222,7 @@ BUILD = """
 import shutil, sys
 from pathlib import Path
 from billiard_shot.compiler import build
-def slow(folder):
+def slow(folder, targets):
     print('builds', flush=True)
     input()
     for file in Path(sys.argv[1]).iterdir():
