@@ -7,7 +7,7 @@ This is the one place that decides how a stroke ended: alone, in a batch, or on 
 import math
 from typing import Any, NamedTuple
 
-from billiard_shot.compiled import entry, inner
+from billiard_shot.compiled import entry, inner, innermost
 from billiard_shot.impact.kernel import solve_collisions
 from billiard_shot.numerics import rounding
 from billiard_shot.records import record, Storage, Vector3
@@ -137,7 +137,7 @@ def write_outcome(ball: BallRecord, outcome: BallOutcome, valid: bool) -> None:
     outcome.left_out = ball.left_out
 
 
-@inner
+@innermost
 def run_table(
     layout: PackedTable,
     s: Simulation,
@@ -193,7 +193,7 @@ def estimated_error(endless: bool, cue: CueRecord, ball: BallOutcome, tolerance:
     return error
 
 
-@inner
+@innermost
 def play_table(
     layout: PackedTable,
     s: Simulation,
