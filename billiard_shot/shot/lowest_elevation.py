@@ -13,10 +13,7 @@ from billiard_shot.scene.player import B, ELEVATION
 from billiard_shot.scene.values import as_float, as_floats
 from billiard_shot.shot.accuracy import USUAL_ACCURACY
 from billiard_shot.shot.on_table import task_of
-from billiard_shot.shot.raising import (
-    Raising,
-    write_clear_elevations,
-)
+from billiard_shot.shot.raising import Raising, write_clear_elevations
 from billiard_shot.shot.setting import setting_of
 from billiard_shot.shot.stroke import playable_offsets, vectors_of
 from billiard_shot.status import Status

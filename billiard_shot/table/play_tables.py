@@ -1,5 +1,5 @@
 """
-Tables with strokes, or without, each from its beginning to its end: the entry for all of them.
+The entry for strokes at tables, and for tables without: each from its beginning to its end.
 
 This is the one place that decides how a stroke ended: alone, in a batch, or on a table of its own.
 """
@@ -72,7 +72,7 @@ class TableOutcome:
 
 
 class Tables(NamedTuple):
-    """Tables of n balls: how they begin, and how they end."""
+    """Tables of n balls: how they begin, and how they end. What is written is zero at first."""
 
     starts: list[BallStart]  # n of each table, or n for all tables alike
     cues: list[CueRecord]  # of each table, written; none without strokes
@@ -82,7 +82,7 @@ class Tables(NamedTuple):
 
 @inner
 def begin_table(table: TableModel, s: Simulation, starts: list[BallStart], first: int) -> bool:
-    """Put the balls of a table, those from `first` on, down; return whether they can be there."""
+    """Put down the balls of a table, from `first` on, and return whether they can be there."""
     p, cue, n, radius = s.progress, s.cue, table.numbers, table.params.radius
     out_x, out_y = n.nose_half_length + n.cushion_depth, n.nose_half_width + n.cushion_depth
     p.events, p.participants, p.searches = 0, 0, 0  # but segments go on from table to table
@@ -137,6 +137,8 @@ def write_outcome(ball: BallRecord, outcome: BallOutcome, valid: bool) -> None:
     outcome.left_out = ball.left_out
 
 
+# This function and `play_table` are inlined: the arrays in their arguments are a thousand numbers,
+# and to pass these on takes longer than all else that they do.
 @innermost
 def run_table(
     layout: PackedTable,
@@ -154,14 +156,9 @@ def run_table(
     hops = 1.0
     if len(cues) > 0:
         hops = HOPS_BEFORE_CUSHIONS if strokes.checked and not n.endless else HOPS
+    bounces = hops * tolerance
     table = TableModel(
-        layout.params,
-        n,
-        layout.jaws,
-        layout.pockets,
-        layout.rebounds,
-        layout.cue,
-        hops * tolerance,
+        layout.params, n, layout.jaws, layout.pockets, layout.rebounds, layout.cue, bounces
     )
     first = number * count % len(tables.starts)
     valid = begin_table(table, s, tables.starts, first)
