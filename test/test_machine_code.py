@@ -225,7 +225,7 @@ from billiard_shot.compiler import build
 def slow(folder, targets):
     print('builds', flush=True)
     input()
-    for file in Path(sys.argv[1]).iterdir():
+    for file in set(Path(sys.argv[1]).iterdir()) - {Path(sys.argv[1], 'lock')}:
         shutil.copy(file, folder)
 build._build_apart = slow
 build.provide()
