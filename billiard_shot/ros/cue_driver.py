@@ -17,7 +17,6 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Bool, Float64, Header
 from std_srvs.srv import Trigger
 
-from billiard_shot import machine_code
 from billiard_shot.cue.clock import steady_time
 from billiard_shot.cue.controller import Controller
 from billiard_shot.cue.execution import Command, Result, Settings
@@ -26,7 +25,7 @@ from billiard_shot.cue.measurement import MeasuredStrike
 from billiard_shot.cue.mechanism import INCLINE, Mechanism
 from billiard_shot.cue.model import elevation_joint
 from billiard_shot.cue.outcome import GoalOutcome, RefusedError
-from billiard_shot.cue.safety import BEFORE_STROKE, MOVING, SafetyDecision, SafetyState
+from billiard_shot.cue.safety import BEFORE_STROKE, MOVING, SafetyDecision
 from billiard_shot.ros import cue_conversions as conversions
 from billiard_shot.ros import parameters
 from billiard_shot.ros.command_topic import CommandTopic
@@ -49,7 +48,6 @@ from billiard_shot.ros.node_runner import (
     set_niceness,
     spin_node,
     steady_timer,
-    warm_up,
 )
 from billiard_shot.ros.parameters import checked, OfTable
 from billiard_shot.ros.writing_time import (
@@ -199,7 +197,6 @@ class CueDriver(LifecycleNode):
         except (ValueError, OSError) as error:
             self.get_logger().error(f'configure failed: {error}')
             return TransitionCallbackReturn.FAILURE
-        warm_up(self, scene, compiles=False)
         self._controller.configure(mechanism, scene, settings)
         self._inactive = NOT_ACTIVE
         self._tell_state()
@@ -435,8 +432,6 @@ class CueDriver(LifecycleNode):
         """Do the work of every second."""
         if self._commands:
             self._count_publishers()
-        if self._controller.state is SafetyState.DISARMED:
-            machine_code.load()  # the code that other nodes have compiled
         self._publish_diagnostics()
 
     def _count_publishers(self) -> None:

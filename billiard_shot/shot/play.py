@@ -12,7 +12,6 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot import machine_code
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL
@@ -26,7 +25,7 @@ from billiard_shot.status import INFINITE_SEQUENCE, OK, TOLERANCE_NOT_REACHED
 from billiard_shot.table.motion import NOTHING
 from billiard_shot.table.table_states import TableStates
 from billiard_shot.table.task import BatchRecording, COLUMNS, joined, run_tables, TableTask
-from billiard_shot.table.threads import in_threads, INTERPRETED_AT_MOST
+from billiard_shot.table.threads import in_threads
 
 CUSHION_SHARE = 0.5  # of the tolerance is set aside for cushions, which magnify errors
 # Share of the tolerance for a stroke that is played again: what it errs by is far below its share,
@@ -69,8 +68,6 @@ def play(
     if tables is not None and tables.names[0] != CUE_BALL:
         raise ValueError(f'tables must have {CUE_BALL!r} first, got {", ".join(tables.names)}')
     count, setting = len(normals), setting_of(scene)
-    if count > INTERPRETED_AT_MOST:
-        machine_code.require()
 
     def play_part(rows: slice) -> BatchRecording:
         some, maps = _some(tables, rows), mapped.part(rows)

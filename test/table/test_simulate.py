@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from tables import ENDLESS, play, POOL, R, random_states, rolling, state
 
-from billiard_shot import machine_code
 from billiard_shot.compiled import Entry
 from billiard_shot.scene import Scene
 from billiard_shot.status import Status
@@ -253,7 +252,7 @@ def test_no_friction_at_all_never_rests():
     assert run.at(1e3)['one'].motion == Motion.SLIDE
 
 
-def test_without_the_jit():
+def test_interpreted_it_moves_the_balls_alike():
     code = (
         'from billiard_shot.scene import Scene\n'
         'from billiard_shot.table.simulate import simulate\n'
@@ -265,8 +264,8 @@ def test_without_the_jit():
         'print(*(x for end in ends for x in end.tolist()), run.status.value)\n'
     )
     results = []
-    for disabled in ('0', '1'):
-        environment = os.environ | {'NUMBA_DISABLE_JIT': disabled}
+    for interprets in ('', '1'):
+        environment = os.environ | {'BILLIARD_SHOT_INTERPRET': interprets}
         out = subprocess.run(
             [sys.executable, '-c', code],
             env=environment,
@@ -282,7 +281,6 @@ def test_without_the_jit():
 def test_an_impact_of_several_balls_is_the_same_interpreted(monkeypatch):
     scene = Scene.load('nine_ball')
     states = break_of(scene, 8.0)
-    assert machine_code.require() or not machine_code.available()
     compiled = simulate(scene, states)
     monkeypatch.setattr(Entry, 'machine_code', {})
     interpreted = simulate(scene, states)
