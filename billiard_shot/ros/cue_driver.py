@@ -126,9 +126,9 @@ class CueDriver(LifecycleNode):
     be repeated by every publisher: silence stops the cue, and so do messages that were written too
     long ago. Another node that publishes commands is a fault.
 
-    All of them exist while the node is configured, and `/diagnostics` always. Goals are rejected
-    while the node is not active. Its parameters are `CueDriverParameters` and `Settings`. They can
-    be set while the node is unconfigured.
+    All of them exist while the node is configured, `/diagnostics` and the action always. Goals are
+    rejected while the node is not active. Its parameters are `CueDriverParameters` and `Settings`.
+    They can be set while the node is unconfigured.
     """
 
     def __init__(self) -> None:
@@ -154,6 +154,14 @@ class CueDriver(LifecycleNode):
         self._commands: CommandTopic | ControllerClient | None = None
         self._destroy: list[Callable[[], object]] = []  # what cleanup undoes
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
+        ActionServer(  # it still has to answer if the node is cleaned up just after a goal
+            self,
+            ExecuteShot,
+            'execute_shot',
+            self._execute,
+            goal_callback=self._may_accept,
+            cancel_callback=self._cancel,
+        )
         try:
             loaded = self._load()
         except (ValueError, OSError) as error:
@@ -232,18 +240,9 @@ class CueDriver(LifecycleNode):
             self.create_service(Trigger, '~/disarm', _answering(self._disarm)),
             self.create_service(Trigger, '~/clear_fault', _answering(self._clear)),
         ]
-        server = ActionServer(
-            self,
-            ExecuteShot,
-            'execute_shot',
-            self._execute,
-            goal_callback=self._may_accept,
-            cancel_callback=self._cancel,
-        )
         self._timer = steady_timer(self, self._period, self._tick)
         self._destroy = [
             lambda: self.destroy_timer(self._timer),
-            server.destroy,
             *(lambda each=each: self.destroy_service(each) for each in services),
             *(lambda each=each: self.destroy_subscription(each) for each in subscriptions),
             *(lambda each=each: self.destroy_publisher(each) for each in publishers),
