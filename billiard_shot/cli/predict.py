@@ -163,7 +163,7 @@ def _why_missed(shot: Shot, options: argparse.Namespace) -> str:
     if options.pot is None:
         return ''
     table = shot.scene.table
-    balls = [ball for ball in shot.scene.balls if ball != CUE_BALL]
+    balls = list(shot.scene.object_balls)
     if options.pot not in balls or table is None or not table.pockets:
         raise ValueError(
             f'--pot {must_be_one_of(balls, options.pot, "ball")}, on a table with pockets'

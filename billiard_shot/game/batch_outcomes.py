@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from billiard_shot.game.call import Call
 from billiard_shot.game.outcome import Outcome
+from billiard_shot.game.referee import settled
 from billiard_shot.game.ruling import Ruling
 from billiard_shot.game.state import State
 from billiard_shot.scene.placement import CUE_BALL, head_string
@@ -21,7 +22,7 @@ from billiard_shot.table.table_states import TableStates
 class RuledBatch(NamedTuple):
     """Strokes that were played in a simulation, with their rulings."""
 
-    # The different ones; their states have the balls that are left, where they were before.
+    # The different ones. Their states tell which balls are left, not where these rest.
     kinds: tuple[Ruling, ...]
     kind: NDArray[np.int64]  # (n,) the ruling of each stroke
     states: TableStates  # the balls as they rest, or back where a ruling puts them
@@ -71,18 +72,9 @@ def rule_on(state: State, calls: Sequence[Call], run: StrokeBatch) -> RuledBatch
     pairs = zip(calls, number.ravel().tolist(), strict=True)
     numbers: dict[tuple[Call, int], int] = {}
     kind = np.array([numbers.setdefault(pair, len(numbers)) for pair in pairs], np.int64)
-    kinds = tuple(_ruling(state, call, outcomes[i]) for call, i in numbers)
+    rule = state.game.rule
+    kinds = tuple(settled(rule(state, call, outcomes[i]), outcomes[i]) for call, i in numbers)
     return RuledBatch(kinds, kind, _restored(run.states, kinds, kind, state.radius))
-
-
-def _ruling(state: State, call: Call, outcome: Outcome) -> Ruling:
-    """Rule on a shot; the state has the balls that are left, where they were before."""
-    ruling = state.game.rule(state, call, outcome)
-    gone = set() if ruling.restore else outcome.gone - set(ruling.spot)
-    if ruling.state.in_hand:
-        gone |= {CUE_BALL}
-    left = {ball: place for ball, place in ruling.state.balls.items() if ball not in gone}
-    return replace(ruling, state=replace(ruling.state, balls=left))
 
 
 def _restored(
@@ -101,12 +93,13 @@ def _restored(
 
 
 def _outcome(state: State, names: tuple[str, ...], row: list[int]) -> Outcome:
+    """Read an outcome; its places are those before the shot, of the balls that are left."""
     count, (refused, double_hit, first), balls = len(names), row[:3], row[3:]
     if refused:
         return Outcome(refused='it is refused')
     pockets, off, cushion = (balls[i : i + count] for i in range(0, 3 * count, count))
     met = None if first == NOTHING else names[first]
-    return Outcome(
+    outcome = Outcome(
         first_contact=met,
         pocketed=tuple(
             (name, POCKET_NAMES[pocket])
@@ -119,3 +112,5 @@ def _outcome(state: State, names: tuple[str, ...], row: list[int]) -> Outcome:
         from_kitchen=met is not None and state.balls[met][0] < head_string(state),
         double_hit=bool(double_hit),
     )
+    places = {ball: at for ball, at in state.balls.items() if ball not in outcome.gone}
+    return replace(outcome, places=places)

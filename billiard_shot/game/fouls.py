@@ -15,8 +15,6 @@ from billiard_shot.game.state import added, State
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.table.words import ball_in_words
 
-WPA = 'World Pool-Billiard Association, The Rules of Play, 15 March 2016'
-
 
 def standard_fouls(
     state: State,

@@ -30,8 +30,6 @@ class Game:
     ----------
     name : str
         The name of its module: in the package as `eight_ball`, elsewhere as `package.module`.
-    edition : str
-        The published rules that it follows, with their date.
     rule : callable
         Takes a `State`, a `Call` and an `Outcome`, and returns the `Ruling`, see there.
     targets : callable
@@ -59,7 +57,6 @@ class Game:
     """
 
     name: str
-    edition: str
     rule: Callable[[State, Call, Outcome], Ruling]
     targets: Callable[[State], tuple[str, ...]]
     rack: Callable[[State, tuple[str, ...]], Mapping[str, tuple[float, float]]]

@@ -6,7 +6,7 @@ import numpy as np
 
 from billiard_shot.game.call import Call
 from billiard_shot.game.state import State
-from billiard_shot.planning.in_hand import places_all_over
+from billiard_shot.planning.in_hand import cue_ball_at, places_all_over
 from billiard_shot.planning.shots import DirectShots, shots
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene
@@ -71,10 +71,7 @@ def call_of(direct: DirectShots, number: int) -> Call:
 
 def placed(state: State, places: Array | None = None) -> TableStates:
     """Return the balls of a state as an array of tables; see `direct_shots`."""
-    names = (CUE_BALL, *state.object_balls)
     if places is None:
         places = np.array([state.balls[CUE_BALL]])
-    position = np.full((len(places), len(names), 3), state.radius)
-    position[:, 1:, :2] = [state.balls[name] for name in names[1:]]
-    position[:, 0, :2] = places
-    return TableStates(names, position)
+    others = {ball: state.balls[ball] for ball in state.object_balls}
+    return cue_ball_at(places, others, state.radius)

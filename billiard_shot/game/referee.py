@@ -53,18 +53,17 @@ def judge(
     outcome = outcome_of(shot)
     check_call(state, call)
     check_outcome(state, outcome)
-    return settled(state.game.rule(state, call, outcome), outcome)
+    ruling = settled(state.game.rule(state, call, outcome), outcome)
+    return replace(ruling, state=ruling.arrange(ruling.state)) if ruling.arrange else ruling
 
 
 def settled(ruling: Ruling, outcome: Outcome) -> Ruling:
-    """Put the balls of a ruling where they came to rest, spot balls, and arrange them."""
+    """Put the balls of a ruling where the outcome says that they rest, and spot balls."""
     state = ruling.state
     balls = dict(state.balls if ruling.restore or outcome.refused else outcome.places)
     if state.in_hand:
         balls.pop(CUE_BALL, None)
     state = replace(state, balls=spotted(state, balls, ruling.spot))
-    if ruling.arrange:
-        state = ruling.arrange(state)
     return replace(ruling, state=state, miscue=outcome.miscue)
 
 

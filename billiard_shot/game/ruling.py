@@ -14,7 +14,7 @@ class Foul:
     Parameters
     ----------
     rule : str
-        Number of its rule in the edition that the game names, such as `6.2`.
+        Number of its rule in the edition that its game follows, such as `6.2`.
     text : str
         What happened, in one line.
 

@@ -58,8 +58,7 @@ def hit_something(scene: Scene, state: State) -> Decision:
 def break_stroke(scene: Scene) -> Stroke:
     """Return the stroke at the ball nearest to the head of the table, as hard as the robot can."""
     x, y = scene.balls[CUE_BALL]
-    others = [place for ball, place in scene.balls.items() if ball != CUE_BALL]
-    apex = min(others, key=lambda place: place[0])
+    apex = min(scene.object_balls.values(), key=lambda place: place[0])
     azimuth = math.atan2(apex[1] - y, apex[0] - x)
     offsets = np.array([[0.0, 0.0, 0.0, azimuth, scene.robot.speed_max]])
     return Stroke.from_offsets(*raised(scene, offsets)[0][0].tolist())

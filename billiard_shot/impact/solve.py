@@ -45,9 +45,7 @@ class Solved:
         On bodies a [N s].
     losses : (n, N, 2) float array
         Energy lost to restitution and to friction [J].
-    final_slips, discontinuity_margins : (n, N) float arrays
-        See `ContactResult`.
-    lengths : (n, N) float array
+    final_slips, lengths : (n, N) float arrays
         See `ContactResult`.
     closings : (n, N) int array
         See `ContactResult`.
@@ -62,7 +60,6 @@ class Solved:
     impulses: NDArray[np.float64]
     losses: NDArray[np.float64]
     final_slips: NDArray[np.float64]
-    discontinuity_margins: NDArray[np.float64]
     lengths: NDArray[np.float64]
     closings: NDArray[np.int64]
     status: NDArray[np.int64]
@@ -112,7 +109,6 @@ def solve_in_contact_space(
         np.stack([rows['impulse'], rows['impulse_1'], rows['impulse_2']], axis=-1),
         np.stack([rows['restitution_loss'], rows['friction_loss']], axis=-1),
         rows['final_slip'],
-        rows['discontinuity_margin'],
         rows['length'],
         rows['closings'],
         status=ends['status'],

@@ -12,7 +12,7 @@ from billiard_shot.records import Floats, record, Storage, Vector3
 MAX_COEFFICIENTS = 26  # of a step's polynomials
 IMPLICIT_STAGES = 8  # of an implicit step
 HISTORY = 15  # sections of a sequence that are kept, see geometric_tail.py
-SECTION = 11  # numbers that a section has for each contact
+SECTION = 10  # numbers that a section has for each contact
 
 Series = Annotated[Any, MAX_COEFFICIENTS]
 Nodes = Annotated[Any, IMPLICIT_STAGES]

@@ -12,7 +12,6 @@ from billiard_shot.pictures.canvas import new_figure, save
 from billiard_shot.pictures.table import draw_balls, draw_table
 from billiard_shot.planning.atlas import Atlas, Map
 from billiard_shot.planning.atlas.layouts import borders, grid
-from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.table.colours import VERMILION
 from billiard_shot.table.outline import outline_of
 
@@ -97,8 +96,7 @@ def _draw_map(axes: Any, atlas: Atlas, drawn: Map) -> Any:
         )
         lines.set(paths=[_long_lines(path) for path in lines.get_paths()])
         axes.clabel(lines, fmt=lambda level: f'{100 * level:.0f}', fontsize='x-small')
-    others = {name: there for name, there in scene.balls.items() if name != CUE_BALL}
-    draw_balls(axes, scene, {**others, drawn.ball: drawn.ball_place})
+    draw_balls(axes, scene, {**scene.object_balls, drawn.ball: drawn.ball_place})
     axes.add_patch(
         Circle(
             drawn.ball_place,

@@ -135,12 +135,11 @@ def deviation_of(shot: Shot, ball: str, pockets: Sequence[str]) -> Deviation | N
 def why_not_straight(scene: Scene, target: Pot, keep: Sequence[str] = ()) -> str:
     """Say what prevents the best straight pot of a ball outside `keep`; '' if a pot succeeds."""
     reasons = []
-    others = [each for each in scene.balls if each != CUE_BALL and each not in keep]
-    wanted = [each for each in others if target.wants(each)]
+    wanted = [each for each in scene.object_balls if target.wants(each) and each not in keep]
     for ball, pocket in product(wanted, target.pocket):
         try:
-            shot = straight_attempt(scene, ball, pocket)
-        except ValueError:  # the pocket is behind
+            shot = predict(scene, aim(scene, ball, pocket=pocket, speed=FIRM))
+        except ValueError:  # the pot needs a cut of 90 degrees or more
             continue
         reason = why_missed(shot, ball, [pocket])
         if not reason:
@@ -152,19 +151,6 @@ def why_not_straight(scene: Scene, target: Pot, keep: Sequence[str] = ()) -> str
         else:
             reasons.append((math.pi, f'straight at {place_in_words(pocket)}, {reason}'))
     return min(reasons)[1] if reasons else 'no pocket can be reached straight'
-
-
-def straight_attempt(scene: Scene, ball: str, pocket: str) -> Shot:
-    """
-    Play a centre-ball stroke at the ghost ball of a pot, with the cue as level as possible.
-
-    Raises
-    ------
-    ValueError
-        If the pot needs a cut of 90 degrees or more.
-
-    """
-    return predict(scene, aim(scene, ball, pocket=pocket, speed=FIRM))
 
 
 def _line_of_centres(start: Array, way: float, there: Array, apart: float) -> float | None:

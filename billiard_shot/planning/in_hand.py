@@ -1,5 +1,6 @@
 """The cue ball in hand: places from which a ball is likely to be potted, and for breaks."""
 
+from collections.abc import Mapping
 import math
 from typing import Any
 
@@ -14,6 +15,7 @@ from billiard_shot.records import Array
 from billiard_shot.scene import Noise, Scene
 from billiard_shot.scene.placement import CUE_BALL, head_string, no_place
 from billiard_shot.scene.player import AZIMUTH
+from billiard_shot.scene.rack import Place
 from billiard_shot.scene.table import Table
 from billiard_shot.table.run import POCKET_NAMES
 from billiard_shot.table.table_states import TableStates
@@ -58,16 +60,13 @@ def places_in_hand(
     if not isinstance(target, Pot | Break) or scene.table is None:
         name = type(target).__name__.lower()
         raise ValueError(f'place needs the target pot or break, got the target {name}')
-    others = {name: xy for name, xy in scene.balls.items() if name != CUE_BALL}
+    others = scene.object_balls
     table, radius = scene.table, scene.ball.radius
     is_break = isinstance(target, Break)
     points = _along_head_string(table, count) if is_break else places_all_over(table, place)
     free = [(x, y) for x, y in points.tolist() if not no_place(table, x, y, radius, others)]
     if isinstance(target, Break):
         return free
-    position = np.full((len(free), 1 + len(others), 3), radius)
-    position[:, 0, :2] = np.array(free).reshape(-1, 2)
-    position[:, 1:, :2] = np.array(list(others.values())).reshape(-1, 2)
     legal = [
         name
         for name in others
@@ -75,7 +74,7 @@ def places_in_hand(
         and name not in limits.keep
         and (not limits.first_contact or name in limits.first_contact)
     ]
-    found = shots(scene, TableStates([CUE_BALL, *others], position), legal, noise)
+    found = shots(scene, cue_ball_at(np.array(free), others, radius), legal, noise)
     wanted = np.isin(found.pocket, [POCKET_NAMES.index(name) for name in target.pocket])
     wanted &= limits.allows_azimuth(found.offsets[:, AZIMUTH])
     order = best_in_hand(found)
@@ -100,6 +99,14 @@ def best_in_hand(direct: DirectShots) -> NDArray[np.int64]:
     rounded = np.round(direct.chance / ALIKE)
     order = np.lexsort((direct.distance + direct.way, -rounded))
     return order[direct.distance[order] >= NEAREST]
+
+
+def cue_ball_at(places: Array, others: Mapping[str, Place], radius: float) -> TableStates:
+    """Make a table for each place (n, 2) [m] of the cue ball, with the other balls as they lie."""
+    position = np.full((len(places), 1 + len(others), 3), radius)
+    position[:, 0, :2] = places.reshape(-1, 2)
+    position[:, 1:, :2] = np.array(list(others.values())).reshape(-1, 2)
+    return TableStates((CUE_BALL, *others), position)
 
 
 def places_all_over(table: Any, place: str) -> Array:

@@ -15,7 +15,6 @@ from billiard_shot.records import Array
 from billiard_shot.scene import Noise, Robot, Scene
 from billiard_shot.scene.checks import read
 from billiard_shot.scene.errors import found_in, InputError, Mistake, must_be_one_of, unknown
-from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.scene.player import A, AZIMUTH, B, ELEVATION, SPEED
 from billiard_shot.scene.values import check_type, one_or_many
 from billiard_shot.shot.lowest_elevation import first_clear, Margins, margins_for
@@ -87,19 +86,17 @@ def limits_of(scene: Scene, constraints: Mapping[str, Any] | Robot | None, noise
 
     """
     margins = margins_for(noise, scene.ball.radius)
-    if isinstance(constraints, Robot):
-        return Limits(constraints, (), (), margins)
-    if constraints is None:
-        constraints = {}
-    check_type('constraints', constraints, Mapping)
-    data = dict(constraints)
+    given = scene.robot if constraints is None else constraints
+    if isinstance(given, Robot):
+        return Limits(given, (), (), margins)
+    check_type('constraints', given, Mapping)
+    data = dict(given)
     mistakes: list[Mistake] = []
     chosen = {key: _names(scene, key, data.pop(key, None), mistakes) for key in BALL_CONSTRAINTS}
-    known = asdict(scene.robot)
+    robot, known = scene.robot, asdict(scene.robot)
     for key in data:
         if key not in known:
             mistakes.append(Mistake((str(key),), unknown(str(key), [*known, *BALL_CONSTRAINTS])))
-    robot = scene.robot
     try:
         robot = read(Robot, {**known, **{key: data[key] for key in data if key in known}})
     except InputError as error:
@@ -112,10 +109,9 @@ def limits_of(scene: Scene, constraints: Mapping[str, Any] | Robot | None, noise
 def _names(scene: Scene, key: str, value: Any, mistakes: list[Mistake]) -> tuple[str, ...]:
     """Read the name of a ball, or several names; add the unknown ones to the mistakes."""
     names = () if value is None else one_or_many(value)
-    others = [name for name in scene.balls if name != CUE_BALL]
     for name in names:
-        if str(name) not in others:
-            mistakes.append(Mistake((key,), must_be_one_of(others, name, 'ball')))
+        if str(name) not in scene.object_balls:
+            mistakes.append(Mistake((key,), must_be_one_of(scene.object_balls, name, 'ball')))
     return tuple(map(str, names))
 
 

@@ -25,7 +25,7 @@ def draw_places(problem: Problem, draw: np.random.Generator, count: int) -> Arra
     Balls that overlap are moved apart along the line of their centres, by the same distance each.
     If some overlap even then, all balls of that table lie where they are believed to lie.
     """
-    sigma = problem.place_sigma
+    sigma = problem.noise.balls
     if not sigma:
         return None
     places = problem.places + sigma * draw.standard_normal((count, *problem.places.shape))

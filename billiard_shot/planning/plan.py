@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import replace
-from functools import partial
 import os
 from time import perf_counter
 from typing import Any
@@ -116,39 +115,43 @@ def plan(
     budget, seed = whole('budget', budget, 1), whole('seed', seed, 0)
     if time_limit is not None:
         time_limit = positive('time_limit', time_limit, 's')
-    search_at = partial(
-        _plan_from,
-        wanted=wanted,
-        limits=limits,
-        spread=spread,
-        seed=seed,
-        progress=progress,
-        cancel=cancel,
-        executor=executor,
-        value=value,
-    )
-    if place is None:
-        return search_at(scene, budget=budget, time_limit=time_limit)
     begin = perf_counter()
+
+    def search_at(scene: Scene, parts: int) -> PlanResult:
+        """Search for strokes at the cue ball where the scene has it, in a part of the budget."""
+        problem = checked_problem(scene, wanted, limits, spread)
+        threads = ThreadPoolExecutor(os.cpu_count() or 1)
+        try:
+            runner = Runner(
+                problem,
+                max(1, budget // parts),
+                executor or threads,
+                progress,
+                cancel,
+                time_limit and time_limit / parts,
+                value,
+            )
+            found = search(problem, runner, seed)
+        finally:
+            # after a cancellation, do not wait for running tasks
+            threads.shutdown(wait=False, cancel_futures=True)
+        return _result(problem, runner, found, begin)
+
+    if place is None:
+        return search_at(scene, 1)
     count = 1 if isinstance(wanted, Pot) and wanted.leave is None else PLACES_TRIED
-    found = places_in_hand(scene, wanted, limits, spread, place, count)
-    if not found:
+    places = places_in_hand(scene, wanted, limits, spread, place, count)
+    if not places:
         text = f'place: no direct shot pots the ball from {place}'
         return PlanResult(Status.NO_PLAN, text, (), 0, perf_counter() - begin, spread)
-    results = [
-        search_at(
-            replace(scene, balls={**scene.balls, CUE_BALL: there}),
-            budget=max(1, budget // len(found)),
-            time_limit=time_limit and time_limit / len(found),
-        )
-        for there in found
-    ]
-    best = max(range(len(found)), key=lambda k: _surely(results[k]))
+    results = []
+    for there in places:
+        placed = replace(scene, balls={**scene.balls, CUE_BALL: there})
+        results.append(replace(search_at(placed, len(places)), place=there))
     return replace(
-        results[best],
+        max(results, key=_surely),
         simulations=sum(each.simulations for each in results),
         wall_time=perf_counter() - begin,
-        place=found[best],
     )
 
 
@@ -158,36 +161,13 @@ def _surely(result: PlanResult) -> float:
     return wilson_interval(best.value * best.trials, best.trials)[0] if best else -1.0
 
 
-def _plan_from(
-    scene: Scene,
-    wanted: Target,
-    limits: Limits,
-    spread: Noise,
-    budget: int,
-    seed: int,
-    progress: Callable[[Progress], object] | None,
-    cancel: Callable[[], bool] | None,
-    executor: Executor | SupportsSubmit | None,
-    time_limit: float | None,
-    value: ValueFunction | None,
-) -> PlanResult:
-    """Search for strokes at the cue ball where the scene has it, see `plan`."""
-    begin = perf_counter()
-    problem = checked_problem(scene, wanted, limits, spread)
-    threads = ThreadPoolExecutor(os.cpu_count() or 1)
-    try:
-        runner = Runner(
-            problem, budget, executor or threads, progress, cancel, time_limit, value=value
-        )
-        found = search(problem, runner, seed)
-    finally:
-        # after a cancellation, do not wait for running tasks
-        threads.shutdown(wait=False, cancel_futures=True)
+def _result(problem: Problem, runner: Runner, found: Found, begin: float) -> PlanResult:
+    """State what a search found that began at a time [s]."""
     ranking = tuple(
         RankedStroke(
-            scene,
-            wanted,
-            limits,
+            problem.scene,
+            problem.target,
+            problem.limits,
             Stroke.from_offsets(*finalist.stroke.tolist()),
             finalist.successes,
             finalist.trials,
@@ -197,18 +177,19 @@ def _plan_from(
         for finalist in found.finalists
         if finalist.value > 0.0
     )
-    if value is None:
+    if runner.value is None:
         ranking = _gentlest_first(ranking)
     status, message = _outcome(ranking, found, runner, Kind(problem.goal[0]['kind']))
-    if status == Status.NO_PLAN and isinstance(wanted, Pot) and not runner.late:
-        message = '; '.join(filter(None, [message, why_not_straight(scene, wanted, limits.keep)]))
+    if status == Status.NO_PLAN and isinstance(problem.target, Pot) and not runner.late:
+        why = why_not_straight(problem.scene, problem.target, problem.limits.keep)
+        message = '; '.join(filter(None, [message, why]))
     return PlanResult(
         status,
         message,
         ranking,
         runner.simulations,
         perf_counter() - begin,
-        spread,
+        problem.noise,
         converged=found.converged,
     )
 

@@ -27,7 +27,7 @@ from billiard_shot.records import Array, ROWS
 from billiard_shot.scene import Noise, Scene
 from billiard_shot.shot.setting import Setting, setting_of
 from billiard_shot.shot.strike_model import StrikeModel
-from billiard_shot.table.geometry import layout_of, POCKETS, TableModel
+from billiard_shot.table.geometry import layout_of, POCKETS
 from billiard_shot.table.run import POCKET_NAMES
 from billiard_shot.table.simulation_state import BallRule
 
@@ -41,7 +41,7 @@ class Problem:
     limits: Limits
     noise: Noise
     setting: Setting
-    layout: TableModel
+    half_sizes: tuple[float, float]  # m, of the area of ball centres, along and across
     places: Array  # (balls, 2) m
     balls: tuple[int, ...]  # indices of the balls to be potted, or of those to be met first
     pockets: NDArray[np.int64]  # pockets into which the balls may fall
@@ -50,7 +50,6 @@ class Problem:
     wanted: Array  # (balls, POCKETS) above 0 if the ball may fall into the pocket
     holes: Array  # (POCKETS, 2) m
     sigmas: Array  # (5,) of a, b (ball radii), elevation, azimuth (rad), speed (m/s)
-    place_sigma: float  # m, of x and of y of every ball
 
     @property
     def model(self) -> StrikeModel:
@@ -71,12 +70,6 @@ class Problem:
     def cue_ball(self) -> Array:
         """Position of the cue ball (2,) [m]."""
         return self.places[0]
-
-    @property
-    def half_sizes(self) -> tuple[float, float]:
-        """Half length and half width of the area of ball centres [m]."""
-        numbers = self.layout.numbers
-        return numbers.centre_half_length, numbers.centre_half_width
 
     def may_meet(self, ball: int) -> bool:
         """Whether the cue ball may meet a ball before any other."""
@@ -116,7 +109,7 @@ def problem_of(scene: Scene, target: Target, limits: Limits, noise: Noise) -> Pr
         limits,
         noise,
         setting,
-        layout,
+        (layout.numbers.centre_half_length, layout.numbers.centre_half_width),
         places=places,
         balls=balls,
         pockets=pockets,
@@ -125,7 +118,6 @@ def problem_of(scene: Scene, target: Target, limits: Limits, noise: Noise) -> Pr
         wanted=wanted,
         holes=holes,
         sigmas=noise.sigmas(scene.ball.radius),
-        place_sigma=noise.balls,
     )
 
 

@@ -111,7 +111,11 @@ def _crosses_struck_ball(problem: Problem, path: Array, point: Waypoint) -> bool
 
 
 def candidates_along(problem: Problem, routes: list[Route]) -> Candidates:
-    """Build strokes of several speeds and spins along each route, with the lowest cue possible."""
+    """
+    Build strokes of several speeds and spins along each route.
+
+    The cue is as low as it can be, and turned so that the ball, not the cue, starts along it.
+    """
     robot = problem.limits.robot
     heights = 2.0 * robot.offset_max * np.array(HEIGHTS)
     sides: tuple[float, ...] = (0.0,)
@@ -132,7 +136,11 @@ def candidates_along(problem: Problem, routes: list[Route]) -> Candidates:
     )
     candidates.strokes[:, :] = problem.limits.clip(candidates.strokes)
     allowed = problem.limits.allows_azimuth(np.array([route.azimuth for route in routes]))
-    return aim(problem, candidates.take(allowed[candidates.route]))
+    candidates = candidates.take(allowed[candidates.route])
+    raised = raise_for_clearance(problem.scene, problem.limits, candidates.strokes)
+    playable = np.flatnonzero(~np.isnan(raised).any(axis=1))
+    aimed = along_azimuth(problem.model, raised[playable])
+    return candidates.take(playable)._replace(strokes=aimed)
 
 
 def _speeds(problem: Problem, route: Route) -> Array:
@@ -146,15 +154,6 @@ def _speeds(problem: Problem, route: Route) -> Array:
     if isinstance(problem.target, Break):
         slowest = max(slowest, BREAK_SPEED * robot.speed_max)
     return np.geomspace(slowest, robot.speed_max, SPEEDS_PER_ROUTE)
-
-
-def aim(problem: Problem, candidates: Candidates) -> Candidates:
-    """Raise the cue for clearance, and turn strokes so that the ball starts along the route."""
-    strokes = raise_for_clearance(problem.scene, problem.limits, candidates.strokes)
-    playable = np.flatnonzero(~np.isnan(strokes).any(axis=1))
-    found = candidates.take(playable)
-    aimed = along_azimuth(problem.model, strokes[playable])
-    return Candidates(aimed, found.spread, found.route)
 
 
 def spread_azimuth(candidates: Candidates) -> Candidates:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Executor, Future
 from dataclasses import dataclass
 from functools import partial
@@ -69,6 +69,7 @@ class Runner:
         )
         self._executor = executor
         self._problem, self._work = problem, partial(evaluate_strokes, problem, value=value)
+        self.value = value
         self._progress, self._cancel = progress, cancel
         self._begin, self._time_limit = perf_counter(), time_limit
 
@@ -137,22 +138,24 @@ class Runner:
                 self.poll()
         return future.result()
 
-    def _results(self, futures: list[Future[T]]) -> Iterator[T]:
-        """Wait for tasks in turn; cancel the others if one fails or the search is cancelled."""
+    def _each(self, work: Callable[..., T], rows: Iterable[tuple[Any, ...]]) -> Iterator[T]:
+        """
+        Do some work on the executor for each row of arguments; yield the results in turn.
+
+        The work that is left is cancelled if some fails, or the search is cancelled.
+        """
+        futures = [self._executor.submit(work, *row) for row in rows]
         try:
             for future in futures:
                 yield self._result(future)
+                self.poll()
         finally:
             for future in futures:
                 future.cancel()
 
     def _fitted(self, cells: list[Cell]) -> Iterator[Fit]:
         """Fit cells of the map."""
-        model = self._maps.model
-        futures = [self._executor.submit(fit_cell, model, cell) for cell in cells]
-        for fit in self._results(futures):
-            yield fit
-            self.poll()
+        return self._each(fit_cell, [(self._maps.model, cell) for cell in cells])
 
     def evaluate(
         self,
@@ -179,20 +182,14 @@ class Runner:
         parts = [slice(i, i + size) for i in range(0, len(strokes), size)]
         mapped = self._maps.mapped(strokes, self._fitted, strict=exact)
         work = partial(self._work, to_the_end=to_the_end, coarse=not exact)
-        futures = [
-            self._executor.submit(
-                work,
-                strokes[part],
-                mapped.part(part),
-                None if places is None else places[part],
-            )
+        rows = [
+            (strokes[part], mapped.part(part), None if places is None else places[part])
             for part in parts
         ]
         results = [Outcomes(np.empty(0, np.bool_), np.empty(0), np.empty(0))]
-        for outcomes in self._results(futures):
+        for outcomes in self._each(work, rows):
             results.append(outcomes)
             self.simulations += len(outcomes.success)
-            self.poll()
             if self._time_left <= 0.0:  # these strokes take longer than those before
                 break
         return Outcomes(*(np.concatenate(columns) for columns in zip(*results, strict=True)))

@@ -12,9 +12,7 @@ from billiard_shot.planning.cross_entropy import Population, population_of, refi
 from billiard_shot.planning.evaluate import Outcomes
 from billiard_shot.planning.places import draw_places, for_each
 from billiard_shot.planning.problem import Problem
-from billiard_shot.planning.routes import (
-    Candidates,
-)
+from billiard_shot.planning.routes import Candidates
 from billiard_shot.planning.runner import Runner, StoppedError
 from billiard_shot.planning.stages import GOOD, next_stage, Stage
 from billiard_shot.planning.statistics import sample_execution_noise, wilson_interval

@@ -348,7 +348,7 @@ def _not_in(scene: Scene, target: Target) -> Iterator[Mistake]:
             yield from _without_pockets(scene, 'safe')
         case Break():
             yield from _balls(scene, 'break', target.breaking)
-            others = len(set(scene.balls) - {CUE_BALL})
+            others = len(scene.object_balls)
             if target.pots > others > 0:
                 yield Mistake(('pots',), must_be(f'at most {others}, the balls', target.pots))
             yield from _without_pockets(scene, 'break')
@@ -365,7 +365,7 @@ def _without_pockets(scene: Scene, key: str) -> Iterator[Mistake]:
 
 
 def _balls(scene: Scene, key: str, balls: tuple[str, ...]) -> Iterator[Mistake]:
-    if not set(scene.balls) - {CUE_BALL}:
+    if not scene.object_balls:
         yield Mistake((key,), 'needs a ball; the scene has only the cue ball')
         return
     for ball in balls:
@@ -374,11 +374,10 @@ def _balls(scene: Scene, key: str, balls: tuple[str, ...]) -> Iterator[Mistake]:
 
 
 def _ball(scene: Scene, key: str, ball: str) -> Iterator[Mistake]:
-    others = [other for other in scene.balls if other != CUE_BALL]
     if ball == CUE_BALL:
         yield Mistake((key,), f'must be another ball, got {ball!r}')
-    elif ball not in others:
-        yield Mistake((key,), must_be_one_of(others, ball, 'ball'))
+    elif ball not in scene.object_balls:
+        yield Mistake((key,), must_be_one_of(scene.object_balls, ball, 'ball'))
 
 
 def _on_table(scene: Scene, key: str, place: Place) -> Iterator[Mistake]:

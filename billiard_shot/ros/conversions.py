@@ -25,6 +25,7 @@ from billiard_shot.perception.lying import positions_of
 from billiard_shot.perception.sightings import Balls, Sighting
 from billiard_shot.records import Array, Triple
 from billiard_shot.ros.parameters import MAX_SAMPLES
+from billiard_shot.scene.errors import InputError
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.stroke_batch import StrokeBatch
 from billiard_shot.status import Status
@@ -125,8 +126,9 @@ def requested_scene(
             raise ValueError(f'{field}: ball {name!r} {fault}; must be seen and at rest')
     try:
         return replace(scene, balls=positions_of(sightings, scene)), sightings
-    except ValueError as error:
-        raise ValueError(f'{field}: {error}') from None
+    except InputError as error:  # in `balls` of the scene
+        wrong = [each._replace(path=(field, *each.path[1:])) for each in error.mistakes]
+        raise InputError(wrong) from None
 
 
 def sightings_of(

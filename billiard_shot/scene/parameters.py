@@ -29,8 +29,6 @@ class Parameter:
         Empty for a number without unit.
     low, high : float
         Bounds of the values that are allowed; infinite where there is none.
-    low_allowed : bool
-        Whether `low` itself is allowed.
     published : (float, float), optional
         Range of published values, see published.py.
     source : str
@@ -43,7 +41,6 @@ class Parameter:
     unit: str
     low: float
     high: float
-    low_allowed: bool
     published: tuple[float, float] | None
     source: str
 
@@ -151,7 +148,6 @@ def _numbers(section: Any, path: tuple[str, ...]) -> Iterator[Parameter]:
                 found.unit,
                 -math.inf if low is None else low,
                 math.inf if found.maximum is None else found.maximum,
-                found.above is None,
                 published=published and published[:2],
                 source=published.source if published else '',
             )

@@ -94,6 +94,11 @@ class Scene(Shown):
         cloth = f'a table of {table.length:g} x {table.width:g} m' if table else 'an endless cloth'
         return f'Scene({balls} ball{"s" * (balls > 1)} on {cloth}, law {self.law})'
 
+    @property
+    def object_balls(self) -> dict[str, tuple[float, float]]:
+        """Places of all balls but the cue ball [m]."""
+        return {name: place for name, place in self.balls.items() if name != CUE_BALL}
+
     @classmethod
     def names(cls) -> list[str]:
         """Names of the bundled scenes, in alphabetical order."""

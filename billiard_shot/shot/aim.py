@@ -11,7 +11,6 @@ import numpy as np
 from billiard_shot.numerics.angles import wrapped
 from billiard_shot.scene import Scene, SceneLike
 from billiard_shot.scene.errors import must_be_one_of, refused
-from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.ghost_ball import path_of_cut, path_of_line
 from billiard_shot.shot.lowest_elevation import lowest_elevation, Margins, margins_for
 from billiard_shot.shot.predict import predict
@@ -177,9 +176,8 @@ def squirt_of(scene: Scene, stroke: Stroke) -> float:
 
 
 def _place_of(scene: Scene, ball: str) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
-    others = [name for name in scene.balls if name != CUE_BALL]
-    if ball not in others:
-        raise ValueError(f'target {must_be_one_of(others, ball, "ball")}')
+    if ball not in scene.object_balls:
+        raise ValueError(f'target {must_be_one_of(scene.object_balls, ball, "ball")}')
     return np.array(scene.balls[ball])
 
 

@@ -14,7 +14,6 @@ from billiard_shot.compiled import inner
 from billiard_shot.numerics import rounding
 from billiard_shot.records import Storage, Vector
 from billiard_shot.scene import Scene
-from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.status import CUE_THROUGH_BALL, CUE_THROUGH_CUSHION, OK
 
 BUTT = 0.0145  # m: half of the 29 mm that most cues measure at their end
@@ -49,7 +48,6 @@ def surroundings_of(scene: Scene) -> Surroundings:
     if table is not None:
         half_length, half_width = 0.5 * float(table.length), 0.5 * float(table.width)
         nose_height = 2.0 * scene.ball.radius * table.cushion.height
-    others = [place for name, place in scene.balls.items() if name != CUE_BALL]
     return Surroundings(
         float(scene.cue.length),
         float(scene.cue.ferrule_radius),
@@ -57,7 +55,7 @@ def surroundings_of(scene: Scene) -> Surroundings:
         half_length,
         half_width,
         nose_height,
-        balls=np.array(others, float).reshape(-1, 2),
+        balls=np.array(list(scene.object_balls.values()), float).reshape(-1, 2),
     )
 
 

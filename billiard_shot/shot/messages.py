@@ -6,7 +6,6 @@ import numpy as np
 
 from billiard_shot.numerics import rounding
 from billiard_shot.scene import Scene
-from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot import clearance
 from billiard_shot.shot.lowest_elevation import lowest_elevation
 from billiard_shot.shot.stroke import Stroke
@@ -64,7 +63,7 @@ def _in_the_way(
     touching = stroke.touching(scene.cue.tip_curvature_radius / scene.ball.radius)
     direction = np.array(stroke.velocity) / stroke.speed
     if status == Status.CUE_THROUGH_BALL:
-        names = [f'ball {name!r}' for name in scene.balls if name != CUE_BALL]
+        names = [f'ball {name!r}' for name in scene.object_balls]
         depth_in = clearance.depth_in_ball
     else:
         names = [f'the {name} cushion' for name in NOSE_NAMES]

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene
-from billiard_shot.scene.placement import CUE_BALL, no_place
+from billiard_shot.scene.placement import no_place
 from billiard_shot.shot.accuracy import Accuracy, HOPS, HOPS_BEFORE_CUSHIONS
 from billiard_shot.shot.cues import cues_of
 from billiard_shot.shot.mapped_strike import ALL_SOLVED, Mapped
@@ -20,8 +20,7 @@ from billiard_shot.table.task import run_tables, TableTask
 def check_place(scene: Scene, centre: Array) -> None:
     """Raise ValueError if the cue ball cannot be there, because another one is, or a cushion."""
     x, y = float(centre[0]), float(centre[1])
-    others = {name: place for name, place in scene.balls.items() if name != CUE_BALL}
-    if why := no_place(scene.table, x, y, scene.ball.radius, others):
+    if why := no_place(scene.table, x, y, scene.ball.radius, scene.object_balls):
         raise ValueError(f'position must be {why}, got ({x:g}, {y:g}) (m)')
 
 

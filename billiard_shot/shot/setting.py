@@ -57,7 +57,7 @@ class Setting(NamedTuple):
 @lru_cache(maxsize=64)
 def setting_of(scene: Scene) -> Setting:
     """Collect what a scene means to compiled code, with the effects that it forces on or off."""
-    names = (CUE_BALL, *(name for name in scene.balls if name != CUE_BALL))
+    names = (CUE_BALL, *scene.object_balls)
     radius = scene.ball.radius
     places = [scene.cue_ball, *((*scene.balls[name], radius) for name in names[1:])]
     return _setting(model_of(scene), table_on(scene), surroundings_of(scene), names, places)

@@ -30,7 +30,7 @@ def near_scene(scene: Scene, draw: np.random.Generator, *, own: bool) -> Scene:
         three balls near it or each other, and in most cases near a cushion.
 
     """
-    others = {name: place for name, place in scene.balls.items() if name != CUE_BALL}
+    others = scene.object_balls
     while True:
         if own:
             balls = {CUE_BALL: _beside(list(others.values()), scene.ball.radius, draw), **others}

@@ -1,6 +1,7 @@
 """The reference values of the paper's examples, and of other published collisions."""
 
 import numpy as np
+from paper_values import FIG_4_IMPULSES, TABLE_1
 import pytest
 from setups import (
     BALL,
@@ -19,51 +20,6 @@ from setups import (
 from billiard_shot.status import Status
 
 PING_PONG = (0.807755, 0.846529)
-
-# I1, I2 [N s] at the ends of Fig. 4's states S1, S3, S1, S2 (DOP853 at 1e-13, events by SciPy).
-FIG_4_IMPULSES = (
-    (3.608797, 3.966122), (3.966122, 3.966122), (5.441360, 5.320215), (5.441360, 6.176912),
-)  # fmt: skip
-
-# (law, k_cb / k_bt, shot): states, velocity [m/s], spin [rad/s] of the ball.
-TABLE_1 = {
-    ('energetic', 1.5, 'vertical'): (
-        'S1 S2 S1 S3',
-        (0.4291079283, 0.8582158565, 0.2830706838), (31.63351522, -15.81675761, 0),
-    ),
-    ('energetic', 1.5, 'horizontal'): (
-        'S3', (0.6335672927, 0.4653476309, 0), (0, 0, 10.39766290),
-    ),
-    ('energetic', 1.5, 'jump'): (
-        'S1 S2 S1 S3 S1 S2', (1.2475933472, 0, 0.0196340348), (0, -6.67687862, 0),
-    ),
-    ('energetic', 1.5, 'masse'): (
-        'S1 S2 S1 S3 S1 S2 S1 S3 S1 S2',
-        (1.3024730695, 0.7322053160, 0.4970895636), (10.40182097, -35.75618541, -1.20248107),
-    ),
-    ('energetic', 1 / 1.5, 'vertical'): (
-        'S1 S2 S1 S3',
-        (0.4125754669, 0.8251509338, 0.4127633839), (29.48712723, -14.74356361, 0),
-    ),
-    ('energetic', 1 / 1.5, 'jump'): (
-        'S1 S2 S1 S3', (1.2190928679, 0, 0.0709829378), (0, -17.29222519, 0),
-    ),
-    ('energetic', 1 / 1.5, 'masse'): (
-        'S1 S3 S1 S2',
-        (1.1276963171, 0.8316294546, 4.9895056706), (-29.07795296, 39.42994116, -2.70756723),
-    ),
-    ('bistiffness', 1.5, 'vertical'): (
-        'S1 S2 S1 S3',
-        (0.4279308776, 0.8558617552, 0.2941663050), (31.46841551, -15.73420776, 0),
-    ),
-    ('bistiffness', 1.5, 'jump'): (
-        'S1 S2 S1 S3 S1 S2', (1.2318502355, 0, 0.0228573809), (0, -10.31314043, 0),
-    ),
-    ('bistiffness', 1.5, 'masse'): (
-        'S1 S2 S1 S3',
-        (0.5570874931, 0.4686939536, 1.4362973345), (9.40181621, -38.24514545, -2.17645819),
-    ),
-}  # fmt: skip
 
 
 @pytest.mark.parametrize(('law', 'ratio', 'name'), TABLE_1)

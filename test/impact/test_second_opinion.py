@@ -127,7 +127,7 @@ def test_two_balls_with_any_ratio_of_stiffness():
 
 def test_interpreted_it_gives_the_same_numbers():
     program = (
-        'import sys; sys.path.insert(0, "test/impact")\n'
+        'import sys; sys.path.insert(0, "test")\n'
         'from setups import *\n'
         'for law in ("bistiffness", "energetic"):\n'
         '    r = run(shot(*SHOTS["vertical"]), law=law, tolerance=1e-6)\n'

@@ -7,9 +7,9 @@ import math
 import numpy as np
 import pytest
 
-from billiard_shot import plan, predict, Scene, Stroke
+from billiard_shot import aim, plan, predict, Scene, Stroke
 from billiard_shot.cli import main
-from billiard_shot.planning.explain import deviation_of, straight_attempt, why_missed
+from billiard_shot.planning.explain import deviation_of, why_missed
 
 SCENE = Scene.from_dict({'like': 'pool_table', 'balls': {'cue': [0.4, 0.1], '8': [0.9, 0.265]}})
 POCKET = ['foot_left']
@@ -66,11 +66,12 @@ def test_each_cause_is_what_it_says():
 
 
 def test_what_is_in_the_way_is_named():
-    shot = straight_attempt(Scene.load('blocked'), '8', 'foot_left')
+    shot = predict('blocked', aim('blocked', '8', pocket='foot_left', speed=2.0))
     assert why_missed(shot, '8') == 'the cue ball meets 1 before 8'
     _, shot = deviation(azimuth_deg=40.0)
     assert why_missed(shot, '8').startswith('the cue ball passes 8 at ')
-    assert why_missed(straight_attempt(SCENE, '8', 'foot_left'), '8', POCKET) == ''
+    shot = predict(SCENE, aim(SCENE, '8', pocket='foot_left', speed=2.0))
+    assert why_missed(shot, '8', POCKET) == ''
 
 
 def test_a_plan_that_fails_says_where():

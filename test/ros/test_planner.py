@@ -262,6 +262,14 @@ def test_what_makes_no_sense_is_refused_by_name(asking, goal, named):
     assert not result.plans
 
 
+def test_a_ball_that_overlaps_is_named_once():
+    where = r"^table_state\.balls\.8 must be at least 57\.15 mm from ball 'cue', "
+    with pytest.raises(ValueError, match=where):
+        conversions.requested_scene(
+            SCENE, balls(cue=(0.0, 0.0), b8=(0.01, 0.0)), field='table_state.balls'
+        )
+
+
 def test_every_mistake_of_a_goal_has_a_line_with_its_field():
     goal = PlanShot.Goal(
         target=Target(kind=Target.HIT, balls=['8'], use_direction=True, within=9.0),

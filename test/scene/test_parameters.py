@@ -14,11 +14,11 @@ def test_parameters_have_values_units_bounds_and_published_ranges():
     rolling, balls, height = SCENE.parameters(names)
     assert (rolling.name, rolling.value) == (names[0], SCENE.cloth.rolling_resistance)
     assert rolling.published == (0.005, 0.015)
-    assert (rolling.low, rolling.high, rolling.low_allowed) == (0.0, 1.0, True)
+    assert (rolling.low, rolling.high) == (0.0, 1.0)
     assert (balls.low, balls.high, balls.published) == (0.0, 1.0, (0.92, 0.98))
     assert (height.unit, height.low, height.high) == ('ball diameters', 0.5, 0.95)
     (mass,) = SCENE.parameters(['ball.mass'])
-    assert (mass.unit, mass.low, mass.low_allowed) == ('kg', 0.0, False)
+    assert (mass.unit, mass.low) == ('kg', 0.0)
 
 
 def test_all_numbers_are_listed_once_and_lie_within_their_bounds():

@@ -1,6 +1,7 @@
 """The paper's impulse-space scheme: its example, its order, and its agreement with the rest."""
 
 import numpy as np
+from paper_values import FIG_4_IMPULSES, TABLE_1
 import pytest
 from setups import (
     BALL,
@@ -12,7 +13,6 @@ from setups import (
     TIP_FRICTION,
     TIP_RESTITUTION,
 )
-from test_paper_values import FIG_4_IMPULSES, TABLE_1
 
 from billiard_shot.status import Status
 from billiard_shot.study.impulse_scheme import solve_strike, two_balls

@@ -7,7 +7,7 @@ Numbers of rules are those of that edition. Three consecutive fouls have no pena
 from functools import partial
 
 from billiard_shot.game.call import Call
-from billiard_shot.game.fouls import after_shot, in_words, standard_fouls, WPA
+from billiard_shot.game.fouls import after_shot, in_words, standard_fouls
 from billiard_shot.game.game import Game
 from billiard_shot.game.outcome import Outcome
 from billiard_shot.game.ruling import Ruling
@@ -106,7 +106,6 @@ def _break(state: State, outcome: Outcome) -> Ruling:
 
 GAME = Game(
     name='eight_ball',
-    edition=f'{WPA}, part 3',
     rule=rule,
     targets=targets,
     rack=partial(rack_of, 'eight_ball'),  # 3.2

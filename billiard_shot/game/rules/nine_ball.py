@@ -7,7 +7,7 @@ Numbers of rules are those of that edition.
 from functools import partial
 
 from billiard_shot.game.call import Call
-from billiard_shot.game.fouls import after_shot, in_words, standard_fouls, WPA
+from billiard_shot.game.fouls import after_shot, in_words, standard_fouls
 from billiard_shot.game.game import Game
 from billiard_shot.game.outcome import Outcome
 from billiard_shot.game.ruling import Foul, Ruling
@@ -61,7 +61,6 @@ def rule(state: State, call: Call, outcome: Outcome) -> Ruling:
 
 GAME = Game(
     name='nine_ball',
-    edition=f'{WPA}, part 2',
     rule=rule,
     targets=targets,
     rack=partial(rack_of, 'nine_ball'),  # 2.2

@@ -9,7 +9,7 @@ import math
 import random
 
 from billiard_shot.game.call import Call
-from billiard_shot.game.fouls import after_shot, in_words, standard_fouls, WPA
+from billiard_shot.game.fouls import after_shot, in_words, standard_fouls
 from billiard_shot.game.game import Game
 from billiard_shot.game.outcome import Outcome
 from billiard_shot.game.ruling import Ruling
@@ -58,7 +58,6 @@ def rack(state: State, balls: tuple[str, ...]) -> dict[str, Place]:
 
 GAME = Game(
     name='practice',
-    edition=f'clear the table; fouls: {WPA}, part 6',
     rule=rule,
     targets=targets,
     rack=rack,

@@ -9,7 +9,7 @@ import math
 import random
 
 from billiard_shot.game.call import Call
-from billiard_shot.game.fouls import after_shot, in_words, standard_fouls, WPA
+from billiard_shot.game.fouls import after_shot, in_words, standard_fouls
 from billiard_shot.game.game import Game
 from billiard_shot.game.outcome import Outcome
 from billiard_shot.game.racking import rack_state
@@ -153,7 +153,6 @@ def rack(state: State, balls: tuple[str, ...]) -> dict[str, Place]:
 
 GAME = Game(
     name='straight_pool',
-    edition=f'{WPA}, part 4',
     rule=rule,
     targets=targets,
     rack=rack,

@@ -67,7 +67,6 @@ def rack(state: State, balls: tuple[str, ...]) -> dict[str, Place]:
 
 GAME = Game(
     name='three_cushion',
-    edition='Union Mondiale de Billard, World Rules of Carom Billiard, 1 January 1989',
     rule=rule,
     targets=targets,
     rack=rack,

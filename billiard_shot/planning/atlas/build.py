@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from concurrent.futures import Executor, Future
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import hashlib
 from itertools import islice
 from queue import SimpleQueue
@@ -38,10 +38,10 @@ class LayoutResult:
         limits of the robot.
     message : str
         The same in one line.
-    successes, trials : int
-        Of the best stroke under noise, in held-out trials.
     simulations : int
         Number of all simulated strokes.
+    successes, trials : int
+        Of the best stroke under noise, in held-out trials.
     kind : str
         Players' name for the best stroke; empty if no stroke was found.
     stroke : (float, float, float, float, float) or None
@@ -52,11 +52,11 @@ class LayoutResult:
     layout: Layout
     status: Status
     message: str
-    successes: int
-    trials: int
-    simulations: int
-    kind: str
-    stroke: StrokeNumbers | None
+    simulations: int = 0
+    successes: int = 0
+    trials: int = 0
+    kind: str = ''
+    stroke: StrokeNumbers | None = None
 
     @property
     def success(self) -> float:
@@ -150,28 +150,15 @@ def plan_layout(scene: Scene, request: AtlasRequest, layout: Layout) -> LayoutRe
             executor=_Immediately(),
         )
     except ValueError as error:  # the cue has no clearance
-        return LayoutResult(
-            layout, Status.INVALID_REQUEST, str(error), 0, 0, 0, kind='', stroke=None
-        )
+        return LayoutResult(layout, Status.INVALID_REQUEST, str(error))
+    found = LayoutResult(layout, result.status, result.message, result.simulations)
     best = result.best
     if best is None:
-        return LayoutResult(
-            layout,
-            result.status,
-            result.message,
-            0,
-            0,
-            result.simulations,
-            kind='',
-            stroke=None,
-        )
-    return LayoutResult(
-        layout,
-        result.status,
-        result.message,
-        best.successes,
-        best.trials,
-        result.simulations,
+        return found
+    return replace(
+        found,
+        successes=best.successes,
+        trials=best.trials,
         kind=best.kind,
         stroke=best.stroke.offsets,
     )

@@ -164,9 +164,9 @@ def _from_json(data: Mapping[str, Any]) -> LayoutResult:
         Layout(data['ball'], (ball_x, ball_y), (cue_x, cue_y)),
         Status[data['status']],
         data['message'],
+        data['simulations'],
         data['successes'],
         data['trials'],
-        data['simulations'],
         kind=data['kind'],
         stroke=stroke and tuple(stroke[name] for name in OFFSETS),
     )

@@ -128,7 +128,7 @@ def with_defaults(scene: Scene, request: AtlasRequest) -> AtlasRequest:
     """
     full = replace(
         request,
-        ball=request.ball or _object_balls(scene),
+        ball=request.ball or tuple(scene.object_balls),
         noise=request.noise or scene.noise,
     )
     mistakes = [*_no_pockets(scene), *_wrong_balls(scene, request), *_wrong_positions(scene, full)]
@@ -137,17 +137,13 @@ def with_defaults(scene: Scene, request: AtlasRequest) -> AtlasRequest:
     return full
 
 
-def _object_balls(scene: Scene) -> tuple[str, ...]:
-    return tuple(name for name in scene.balls if name != CUE_BALL)
-
-
 def _no_pockets(scene: Scene) -> Iterator[Mistake]:
     if scene.table is None or not scene.table.pockets:
         yield Mistake(('pocket',), 'needs a table with pockets; the scene has none')
 
 
 def _wrong_balls(scene: Scene, request: AtlasRequest) -> Iterator[Mistake]:
-    there = _object_balls(scene)
+    there = scene.object_balls
     if not request.ball and len(there) != 1:
         scene_has = ', '.join(there) or 'only the cue ball; ball_at or ball_grid put one there'
         yield Mistake(('ball',), f'is missing; the scene has {scene_has}')
