@@ -34,7 +34,7 @@ from billiard_shot.scene.placement import CUE_BALL
 SAFETY_INPUTS = {'estop': False, 'interlock': True}  # topics, and values that allow motion
 
 VALIDITY = 60.0  # s within which a shot must be fired, if the caller does not say
-START_UP = 30.0  # s to wait for a node
+START_UP = 60.0  # s to wait for a node
 DISCOVERY = 1.0  # s to discover other publishers before the safety inputs are simulated
 LOOK_PERIOD = 0.05  # s between two looks of a client that waits
 QUIET_WAIT = 2.0  # s of waiting after which the client logs the reason
