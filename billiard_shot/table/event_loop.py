@@ -10,7 +10,6 @@ import math
 from typing import Any, NamedTuple
 
 from billiard_shot.compiled import entry, inner
-from billiard_shot.impact.kernel import solve_collisions
 from billiard_shot.numerics import rounding
 from billiard_shot.records import Floats, record, Storage, Vector3
 from billiard_shot.status import BUDGET_EXCEEDED, INVALID_REQUEST, NEVER_RESTS, OFF_TABLE, OK
@@ -184,7 +183,6 @@ def run_events(
     max_events: int,
     window: Window,
     room: ImpactRoom,
-    solver: Any,
 ) -> tuple[float, int]:
     """
     Simulate until nothing moves, or only endlessly, or all is decided, or the window ends.
@@ -216,7 +214,7 @@ def run_events(
             reach = handle_collision(table, s, i, j, now)
         if reach != NO_CLUSTER:
             impact = gather(table, s, cues, number, Meeting(now, i, j, reach), room)
-            solve(table, impact, room, solver)
+            solve(table, impact, room)
             conclude(table, s, cues, number, impact, room)
         if p.unsolved != OK:
             return now, p.unsolved
@@ -313,7 +311,6 @@ def _example(storage: Storage) -> tuple[Any, ...]:
         room_for(storage, 1, True),
         storage.records(BallOutcome, 1),
         storage.records(TableOutcome, 1),
-        solve_collisions.as_argument(storage),
         Window(math.inf, storage.zeros(1), storage.zeros(1, 1, 1, 3)),
     )
 
@@ -327,7 +324,6 @@ def simulate_tables(
     room: ImpactRoom,
     ball_outcomes: list[BallOutcome],
     table_outcomes: list[TableOutcome],
-    solver: Any,
     window: Window,
 ) -> None:
     """
@@ -346,8 +342,6 @@ def simulate_tables(
     room : ImpactRoom
         For impacts of several bodies; afterwards it has the last one.
     ball_outcomes, table_outcomes : tables n BallOutcome, tables TableOutcome, written
-    solver : function
-        `solve_collisions` as an argument.
     window : Window
         Its places are written.
 
@@ -377,10 +371,10 @@ def simulate_tables(
         valid = begin_table(table, s, beginnings, number)
         outcome.duration, outcome.status = 0.0, OK if valid else INVALID_REQUEST
         if valid and len(cues) > 0 and cues[number].strikes:
-            strike(table, s, cues, number, room, solver)
+            strike(table, s, cues, number, room)
         if valid and window.until > 0.0:
             outcome.duration, outcome.status = run_events(
-                table, s, cues, number, max_events, window, room=room, solver=solver
+                table, s, cues, number, max_events, window, room=room
             )
         outcome.segments, outcome.events = p.segments, p.events
         outcome.searches, outcome.cue_hits = p.searches, p.cue_hits

@@ -7,7 +7,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.impact.kernel import solve_collisions
 from billiard_shot.impact.state import PhaseLog
 from billiard_shot.records import as_rows, ROWS, Storage
 from billiard_shot.table.cluster import room_for
@@ -227,8 +226,7 @@ def run_tables(
     ends = storage.records(TableOutcome, tables)
     places = storage.zeros(tables, count, len(task.times), 3)
     window = Window(task.until, storage.array(np.array(task.times, float)), places)
-    solver = solve_collisions.as_argument(storage)
-    run(layout, simulation, beginnings, task.max_events, room, balls, ends, solver, window)
+    run(layout, simulation, beginnings, task.max_events, room, balls, ends, window)
     progress = as_rows(RunProgress, simulation.progress)[0]  # by names: attributes take 2 us each
     logged, taken = int(progress['events']), int(progress['participants'])
     cues = as_rows(CueRecord, beginnings.cues)

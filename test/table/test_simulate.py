@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from tables import ENDLESS, play, POOL, R, random_states, rolling, state
 
-from billiard_shot.compiled import Entry
+from billiard_shot import machine_code
 from billiard_shot.scene import Scene
 from billiard_shot.status import Status
 from billiard_shot.table.motion import Cause, Motion
@@ -282,7 +282,7 @@ def test_an_impact_of_several_balls_is_the_same_interpreted(monkeypatch):
     scene = Scene.load('nine_ball')
     states = break_of(scene, 8.0)
     compiled = simulate(scene, states)
-    monkeypatch.setattr(Entry, 'machine_code', {})
+    monkeypatch.setattr(machine_code, 'is_loaded', lambda: False)
     interpreted = simulate(scene, states)
     impact = compiled.events[0]
     assert impact.kind == EventKind.CLUSTER
