@@ -21,7 +21,7 @@ from billiard_shot.impact.laws import LAWS, POISSON
 from billiard_shot.status import BUDGET_EXCEEDED, NEGATIVE_ENERGY, OK, Status
 
 IS_COMPILED = find_spec('numba') is not None
-"""Whether the scheme is compiled when it is first called; interpreted it takes 200 times as long."""
+"""Whether the scheme is compiled when it is first called; if not, it takes 200 times as long."""
 
 
 def compiled(function: Any) -> Any:
