@@ -6,11 +6,10 @@ This is the only file that names them: `billiard_shot.compiler` compiles what st
 
 ENTRIES = (
     'billiard_shot.impact.kernel:solve_collisions',
-    'billiard_shot.table.event_loop:simulate_tables',
+    'billiard_shot.table.play_tables:play_tables',
     'billiard_shot.planning.score:score_tables',
     'billiard_shot.planning.direct_shots:find_direct_shots',
     'billiard_shot.planning.open_pockets:count_open_pockets',
-    'billiard_shot.shot.cues:place_cues',
     'billiard_shot.shot.raising:write_clear_elevations',
 )
 # Layers import from earlier ones. `impact` does not import from `scene`.

@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from billiard_shot.game.state import State
 
 
-def all_balls(state: State, player: int) -> tuple[str, ...]:
-    """Return all object balls: those that either player has to pot in most games."""
+def any_ball(state: State, player: int = 0) -> tuple[str, ...]:
+    """Return all object balls."""
     return state.object_balls
 
 
@@ -30,17 +30,18 @@ class Game:
     ----------
     name : str
         The name of its module: in the package as `eight_ball`, elsewhere as `package.module`.
+    balls : tuple of str
+        Names of the object balls.
+    rack : callable
+        Takes a state and the names of balls, and returns their places (x, y) [m].
     rule : callable
         Takes a `State`, a `Call` and an `Outcome`, and returns the `Ruling`, see there.
     targets : callable
-        Takes a state, and returns the balls that the cue ball may meet first. In games with
-        pockets the pot of such a ball keeps the turn.
-    rack : callable
-        Takes a state and the names of balls, and returns their places (x, y) [m].
-    balls : tuple of str
-        Names of the object balls.
+        Takes a state, and returns the balls that the cue ball may meet first; by default all. In
+        games with pockets the pot of such a ball keeps the turn.
     needs : callable
-        Takes a state and a player, and returns the balls that this player has to pot to win.
+        Takes a state and a player, and returns the balls that this player has to pot to win; by
+        default all.
     shared : bool
         Whether both players pot the same balls, so that a pot brings both nearer to the end.
     in_hand, phase : str
@@ -57,11 +58,11 @@ class Game:
     """
 
     name: str
-    rule: Callable[[State, Call, Outcome], Ruling]
-    targets: Callable[[State], tuple[str, ...]]
-    rack: Callable[[State, tuple[str, ...]], Mapping[str, tuple[float, float]]]
     balls: tuple[str, ...]
-    needs: Callable[[State, int], tuple[str, ...]] = all_balls
+    rack: Callable[[State, tuple[str, ...]], Mapping[str, tuple[float, float]]]
+    rule: Callable[[State, Call, Outcome], Ruling]
+    targets: Callable[[State], tuple[str, ...]] = any_ball
+    needs: Callable[[State, int], tuple[str, ...]] = any_ball
     shared: bool = True
     in_hand: str = 'kitchen'
     phase: str = 'break'

@@ -6,7 +6,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.game.agent import scene_of
 from billiard_shot.game.batch_outcomes import rule_on, RuledBatch
 from billiard_shot.game.call import Call
 from billiard_shot.game.second_ply import second_ply
@@ -52,11 +51,6 @@ class Rated(NamedTuple):
         if not self.idea.call.passes:
             offsets[AZIMUTH] += self.turn
         return self.idea._replace(offsets=offsets)
-
-
-def position_of(scene: Scene, state: State) -> Position:
-    """Return the position of a state whose cue ball is placed."""
-    return Position(state, scene_of(scene, state))
 
 
 def rule_strokes(

@@ -63,8 +63,9 @@ def settled(ruling: Ruling, outcome: Outcome) -> Ruling:
     balls = dict(state.balls if ruling.restore or outcome.refused else outcome.places)
     if state.in_hand:
         balls.pop(CUE_BALL, None)
-    state = replace(state, balls=spotted(state, balls, ruling.spot))
-    return replace(ruling, state=state, miscue=outcome.miscue)
+    if ruling.spot:
+        balls = spotted(state, balls, ruling.spot)
+    return replace(ruling, state=replace(state, balls=balls), miscue=outcome.miscue)
 
 
 def choose(state: State, choice: str, seconds: float = 0.0) -> State:

@@ -60,13 +60,12 @@ def _draw_stage(axes: Any, scene: Scene, stage: StoryStage, number: int) -> None
 def _draw_winner(axes: Any, story: Story) -> None:
     """Draw executions of the winner with errors."""
     winner = story.finalists[0]
-    stroke, scene = Stroke.from_offsets(*winner.stroke.tolist()), story.scene
+    stroke, scene = winner.stroke, story.scene
     rng = np.random.default_rng(1)
     strokes = [scene.noise.perturb(stroke, rng, scene.ball.radius) for _ in range(DRAWN_STROKES)]
     fell = [TARGET_BALL in predict(scene, each).pocketed for each in strokes]
-    success = winner.successes / winner.trials
     axes.set_title(
-        f'4. the winner with errors pots it in {success:.0%} of {winner.trials:,} trials',
+        f'4. the winner with errors pots it in {winner.success:.0%} of {winner.trials:,} trials',
         fontsize='medium',
         loc='left',
     )

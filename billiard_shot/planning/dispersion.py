@@ -9,7 +9,6 @@ from billiard_shot.planning.evaluate import penalties_of, simulate_strokes
 from billiard_shot.planning.places import as_struck, draw_places
 from billiard_shot.planning.problem import problem_of
 from billiard_shot.planning.result import RankedStroke
-from billiard_shot.planning.statistics import sample_execution_noise
 from billiard_shot.records import Array
 from billiard_shot.scene import Noise
 from billiard_shot.table.motion import POCKETED
@@ -45,8 +44,8 @@ def sample_outcomes(planned: RankedStroke, noise: Noise, count: int, seed: int =
     problem = problem_of(planned.scene, planned.target, planned.limits, noise)
     stroke = np.array(planned.stroke.offsets)
     draw = np.random.default_rng(seed)
-    errors = sample_execution_noise(problem, draw, count)
-    strokes, places = stroke + errors, draw_places(problem, draw, count)
+    strokes = stroke + draw.standard_normal((count, 5)) * problem.sigmas
+    places = draw_places(problem, draw, count)
     if places is not None:
         strokes = as_struck(problem, strokes, places)
     recording, usable = simulate_strokes(problem, strokes, places=places)

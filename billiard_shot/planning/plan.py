@@ -19,12 +19,10 @@ from billiard_shot.planning.result import PlanResult, RankedStroke
 from billiard_shot.planning.runner import Progress, Runner, SupportsSubmit
 from billiard_shot.planning.score import Kind, MAX_DISTANCE_PENALTY
 from billiard_shot.planning.search import Found, NORMAL_BUDGET, search
-from billiard_shot.planning.statistics import wilson_interval
 from billiard_shot.planning.targets import Pot, Target, target_of
 from billiard_shot.scene import Noise, Robot, Scene, SceneLike
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.scene.values import positive, whole
-from billiard_shot.shot.stroke import Stroke
 from billiard_shot.status import Status
 
 PLACES_TRIED = 4  # of a cue ball in hand, for breaks and if it has to come to rest at a place
@@ -156,27 +154,13 @@ def plan(
 
 
 def _surely(result: PlanResult) -> float:
-    """Lower end of the interval of the value of the best stroke; below 0 if there is none."""
-    best = result.best
-    return wilson_interval(best.value * best.trials, best.trials)[0] if best else -1.0
+    """Return the value that the best stroke has at least; below 0 if there is none."""
+    return result.best.surely if result.best else -1.0
 
 
 def _result(problem: Problem, runner: Runner, found: Found, begin: float) -> PlanResult:
     """State what a search found that began at a time [s]."""
-    ranking = tuple(
-        RankedStroke(
-            problem.scene,
-            problem.target,
-            problem.limits,
-            Stroke.from_offsets(*finalist.stroke.tolist()),
-            finalist.successes,
-            finalist.trials,
-            value=finalist.value,
-            value_error=finalist.value_error,
-        )
-        for finalist in found.finalists
-        if finalist.value > 0.0
-    )
+    ranking = tuple(each for each in found.finalists if each.value > 0.0)
     if runner.value is None:
         ranking = _gentlest_first(ranking)
     status, message = _outcome(ranking, found, runner, Kind(problem.goal[0]['kind']))

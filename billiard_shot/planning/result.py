@@ -83,6 +83,11 @@ class RankedStroke:
         """95 % confidence interval of the success probability."""
         return wilson_interval(self.successes, self.trials)
 
+    @property
+    def surely(self) -> float:
+        """Lower end of the 95 % interval of the value (Wilson)."""
+        return wilson_interval(self.value * self.trials, self.trials)[0]
+
     @cached_property
     def shot(self) -> Shot:
         """Prediction of the stroke without errors; computed when first used."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from operator import attrgetter
 from typing import NamedTuple
 
 import numpy as np
@@ -12,12 +13,14 @@ from billiard_shot.planning.cross_entropy import Population, population_of, refi
 from billiard_shot.planning.evaluate import Outcomes
 from billiard_shot.planning.places import draw_places, for_each
 from billiard_shot.planning.problem import Problem
+from billiard_shot.planning.result import RankedStroke
 from billiard_shot.planning.routes import Candidates
 from billiard_shot.planning.runner import Runner, StoppedError
 from billiard_shot.planning.stages import GOOD, next_stage, Stage
-from billiard_shot.planning.statistics import sample_execution_noise, wilson_interval
+from billiard_shot.planning.statistics import wilson_interval
 from billiard_shot.records import Array
 from billiard_shot.scene.player import AZIMUTH
+from billiard_shot.shot.stroke import Stroke
 
 NORMAL_BUDGET = 60_000  # simulations to which the numbers below apply
 MIN_EFFORT = 0.3  # share of these numbers for a small budget
@@ -36,20 +39,11 @@ ALIKE_SIGMAS = 4.0
 ALIKE_DISTANCE = np.array([0.15, 0.15, 0.05, 0.01, 0.3])
 
 
-class Finalist(NamedTuple):
-    """A stroke with its successes in held-out trials, and the mean value of their outcomes."""
-
-    stroke: Array
-    successes: int
-    trials: int
-    value: float
-    value_error: float  # standard error of the mean value
-
-
 class Found(NamedTuple):
     """Result of a search."""
 
-    finalists: list[Finalist]  # the winner of the race, the others by the lower end of intervals
+    # The winner of the race, then the others by the lower end of their intervals.
+    finalists: list[RankedStroke]
     penalty: float  # smallest of all candidates, see `Outcomes`
     cancelled: bool  # then the finalists have the estimates so far
     converged: bool  # two searches from different random numbers agree on the success
@@ -106,7 +100,7 @@ def search(problem: Problem, runner: Runner, seed: int) -> Found:
         ended = best_of(found)
         ended = ended.take(_distinct(problem, ended.strokes)[:FINAL_STROKES])
         finalists = [
-            Finalist(stroke, round(success * n), n, value, _standard_error(value, n))
+            _ranked(problem, stroke, round(success * n), n, value, _standard_error(value, n))
             for stroke, success, value, n in zip(
                 ended.strokes,
                 ended.success.tolist(),
@@ -171,7 +165,7 @@ def run_race(
     population: Population,
     draws: np.random.Generator,
     effort: float,
-) -> list[Finalist]:
+) -> list[RankedStroke]:
     """Let the best strokes race, then evaluate the finalists on held-out trials."""
     strokes = population.strokes[population.value > 0.0]
     strokes = strokes[_distinct(problem, strokes)[:RACERS]]
@@ -182,9 +176,7 @@ def run_race(
         race = min(round(effort * RACE_TRIALS), runner.left // max(1, len(strokes)))
         if len(strokes) < 2 or race < 8:
             break
-        noise = sample_execution_noise(problem, draws, race)
-        places = draw_places(problem, draws, race)
-        outcomes = _trials(runner, strokes, noise, places, exact=False)
+        outcomes = _trials(problem, runner, draws, strokes, race, exact=False)
         if len(outcomes.value) < len(strokes) * race:
             break  # the time is up
         wins += outcomes.value.reshape(-1, race).sum(axis=1)
@@ -201,19 +193,14 @@ def run_race(
     for place, stroke in enumerate(strokes[:FINAL_STROKES]):
         share = (WINNER_TRIALS, OTHER_TRIALS)[place > 0]
         count = min(max(1, round(effort * share)), runner.left)
-        noise = sample_execution_noise(problem, draws, count)
-        places = draw_places(problem, draws, count)
-        outcomes = _trials(runner, stroke[np.newaxis], noise, places, exact=True)
+        outcomes = _trials(problem, runner, draws, stroke[np.newaxis], count, exact=True)
         count = len(outcomes.value)
         if count:
             value, successes = float(outcomes.value.mean()), int(outcomes.success.sum())
             error = float(outcomes.value.std()) / count**0.5
-            found.append(Finalist(stroke, successes, count, value, error))
+            found.append(_ranked(problem, stroke, successes, count, value, error))
     # The race alone decides the first place: the best of several held-out results is biased.
-    others = sorted(
-        found[1:], key=lambda each: -wilson_interval(each.trials * each.value, each.trials)[0]
-    )
-    return found[:1] + others
+    return found[:1] + sorted(found[1:], key=attrgetter('surely'), reverse=True)
 
 
 def _still_racing(wins: Array, trials: int) -> int:
@@ -237,12 +224,34 @@ def _distinct(problem: Problem, strokes: Array) -> NDArray[np.int64]:
 
 
 def _trials(
-    runner: Runner, strokes: Array, noise: Array, places: Array | None, *, exact: bool
+    problem: Problem,
+    runner: Runner,
+    draws: np.random.Generator,
+    strokes: Array,
+    count: int,
+    *,
+    exact: bool,
 ) -> Outcomes:
-    """Play each stroke (n, 5) with each of the errors (m, 5): n m outcomes, or the first ones."""
-    tried = (strokes[:, np.newaxis] + noise).reshape(-1, 5)
-    where = for_each(len(strokes), places)
-    return runner.evaluate(tried, where, exact=exact, to_the_end=True)
+    """Play strokes (n, 5) with `count` errors, the same for all, or the first of these trials."""
+    errors = draws.standard_normal((count, 5)) * problem.sigmas
+    places = for_each(len(strokes), draw_places(problem, draws, count))
+    tried = (strokes[:, np.newaxis] + errors).reshape(-1, 5)
+    return runner.evaluate(tried, places, exact=exact, to_the_end=True)
+
+
+def _ranked(
+    problem: Problem, stroke: Array, successes: int, trials: int, value: float, error: float
+) -> RankedStroke:
+    return RankedStroke(
+        problem.scene,
+        problem.target,
+        problem.limits,
+        Stroke.from_offsets(*stroke.tolist()),
+        successes,
+        trials,
+        value=value,
+        value_error=error,
+    )
 
 
 def _standard_error(value: float, trials: int) -> float:

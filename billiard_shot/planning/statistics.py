@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 
-from billiard_shot.planning.problem import Problem
 from billiard_shot.records import Array
 
 FEW_TRIALS = 100  # fewer are stated as a count, not in per cent
@@ -66,9 +65,3 @@ def quasi_random(count: int, dimensions: int, skip: int = 0) -> Array:
     steps = ratio ** -np.arange(1.0, dimensions + 1)
     points: Array = (0.5 + np.arange(skip + 1, skip + count + 1)[:, np.newaxis] * steps) % 1.0
     return points
-
-
-def sample_execution_noise(problem: Problem, draw: np.random.Generator, count: int) -> Array:
-    """Draw independent normal errors (count, 5) of strokes, in the units of the strokes."""
-    drawn: Array = draw.standard_normal((count, 5)) * problem.sigmas
-    return drawn

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from billiard_shot.planning.cross_entropy import Population, population_of, refine
 from billiard_shot.planning.limits import limits_of
 from billiard_shot.planning.problem import Problem, problem_of
+from billiard_shot.planning.result import RankedStroke
 from billiard_shot.planning.runner import Runner
 from billiard_shot.planning.search import (
     best_of,
     choose_candidates,
-    Finalist,
     NORMAL_BUDGET,
     REFINED,
     run_race,
@@ -53,7 +53,7 @@ class Story:
 
     scene: Scene
     stages: tuple[StoryStage, ...]
-    finalists: tuple[Finalist, ...]
+    finalists: tuple[RankedStroke, ...]
 
 
 def tell(scene: Scene, ball: str, seed: int = 1) -> Story:

@@ -10,7 +10,7 @@ import pytest
 from billiard_shot import predict, predict_batch, Scene
 from billiard_shot.cli import main
 from billiard_shot.game import Call, Decision, judge, Outcome, Ruling, start, State
-from billiard_shot.game.agent import simulated
+from billiard_shot.game.agent import scene_of, simulated
 from billiard_shot.game.agents.greedy import Greedy
 from billiard_shot.game.agents.player import Player
 from billiard_shot.game.batch_outcomes import rule_on, RuledBatch
@@ -20,7 +20,7 @@ from billiard_shot.game.ideas import indirect_pots
 from billiard_shot.game.placing import placed
 from billiard_shot.game.rack import play_rack, replayed
 from billiard_shot.game.rack_record import ENDS, RackRecord
-from billiard_shot.game.rating import position_of
+from billiard_shot.game.rating import Position
 from billiard_shot.game.tournament import agent_names, find_agent, Pairing, play, summary
 from billiard_shot.game.valuation import at_table, SHOT, value, values, win_probabilities
 from billiard_shot.pictures.rack import draw_rack
@@ -236,7 +236,7 @@ def test_without_a_direct_shot_a_combination_is_found():
     state = start('nine_ball', TABLE)
     balls = {'cue': (0.3, 0.0), '1': (0.6, 0.2), '9': (0.84, 0.36)}
     state = replace(state, balls=balls, in_hand='', phase='play')
-    ideas = indirect_pots(position_of(TABLE, state))
+    ideas = indirect_pots(Position(state, scene_of(TABLE, state)))
     assert max(ideas, key=lambda idea: idea.guess).call == Call(ball='9', pocket='foot_left')
 
 

@@ -18,7 +18,7 @@ from billiard_shot.game.breaks import best_break
 from billiard_shot.game.call import Call, Decision
 from billiard_shot.game.ideas import indirect_pots, pots, safeties, variations
 from billiard_shot.game.placing import call_of, direct_shots, placed, places_to_try
-from billiard_shot.game.rating import Idea, Position, position_of, rate, Rated
+from billiard_shot.game.rating import Idea, Position, rate, Rated
 from billiard_shot.game.referee import choose
 from billiard_shot.game.ruling import Ruling
 from billiard_shot.game.safe_stroke import hit_something
@@ -167,7 +167,7 @@ class Player:
             yield best
         if places is not None or (best and best[0].success >= POOR):
             return
-        position = position_of(self._scene, state)
+        position = Position(state, scene_of(self._scene, state))
         kinds = [indirect_pots]
         if self._safe and state.game.players > 1:
             kinds.append(safeties)
@@ -186,14 +186,14 @@ class Player:
         if places is None:
             best = np.argsort(-direct.chance, kind='stable')[: self._many(SHOTS)]
             if len(best):
-                yield position_of(self._scene, state), best
+                yield Position(state, scene_of(self._scene, state)), best
             return
         order = best_in_hand(direct)
         pair = np.column_stack([direct.ball, direct.pocket])[order]
         _, first = np.unique(pair, axis=0, return_index=True)
         for number in order[np.sort(first)][: self._many(PLACES_IN_HAND)].tolist():
-            x, y = places[direct.table[number]].tolist()
-            yield position_of(self._scene, state.with_cue_ball(x, y)), np.array([number])
+            there = state.with_cue_ball(*places[direct.table[number]].tolist())
+            yield Position(there, scene_of(self._scene, there)), np.array([number])
 
     def _tried(self, ideas: list[Idea], finalists: int) -> Iterator[list[Rated]]:
         """Try the best ideas with errors, then the best of these with more errors."""

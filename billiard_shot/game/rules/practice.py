@@ -19,14 +19,9 @@ from billiard_shot.scene.rack import Place
 SMALLEST_GAP = 1e-3  # m: smallest gap between balls, and between balls and noses
 
 
-def targets(state: State) -> tuple[str, ...]:
-    """Balls that may be met first: all."""
-    return state.object_balls
-
-
 def rule(state: State, call: Call, outcome: Outcome) -> Ruling:
     """Rule on a shot: it has to pot a ball without a foul."""
-    fouls = standard_fouls(state, outcome, targets(state))
+    fouls = standard_fouls(state, outcome, None)
     left = set(state.object_balls) - outcome.gone
     goes_on = bool(outcome.fallen) and not fouls
     cleared = goes_on and not left
@@ -59,7 +54,6 @@ def rack(state: State, balls: tuple[str, ...]) -> dict[str, Place]:
 GAME = Game(
     name='practice',
     rule=rule,
-    targets=targets,
     rack=rack,
     balls=tuple(str(ball) for ball in range(1, 16)),
     in_hand='anywhere',

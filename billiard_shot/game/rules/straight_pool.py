@@ -25,11 +25,6 @@ BREAKING_FOUL, STANDARD_FOUL, THIRD_FOUL = 2, 1, 15  # points (4.10, 4.9, 4.11)
 FOULS_IN_A_ROW = 3
 
 
-def targets(state: State) -> tuple[str, ...]:
-    """Balls that may be met first: all."""
-    return state.object_balls
-
-
 def needs(state: State, player: int) -> tuple[str, ...]:
     """List balls on the table, at most as many as the points that a player needs."""
     return state.object_balls[: max(0, state.target - state.scores[player])]
@@ -154,7 +149,6 @@ def rack(state: State, balls: tuple[str, ...]) -> dict[str, Place]:
 GAME = Game(
     name='straight_pool',
     rule=rule,
-    targets=targets,
     rack=rack,
     balls=FIFTEEN,
     needs=needs,

@@ -58,6 +58,7 @@ TABLE_GATES: tuple[EffectGate[EffectContext], ...] = (
 check_overrides(TABLE_GATES, BallClothParams, TableParams)
 
 
+@lru_cache(maxsize=64)
 def params_on_table(scene: Scene) -> tuple[BallClothParams, TableParams]:
     """Collect the parameters of a scene's table, with the effects that it forces on or off."""
     return apply_overrides(ball_cloth_params(scene), TABLE_GATES, scene.effects), table_on(scene)
