@@ -9,7 +9,7 @@ from collections.abc import Callable
 import ctypes
 from functools import cached_property
 import struct
-from typing import Any, ParamSpec, Protocol, TypeVar
+from typing import Any, NamedTuple, ParamSpec, TypeVar
 
 from billiard_shot import machine_code
 from billiard_shot.records import OBJECTS, ROWS, Storage
@@ -33,54 +33,15 @@ def innermost(function: Callable[P, R]) -> Callable[P, R]:
     return function
 
 
-class Run(Protocol):
+class Run(NamedTuple):
     """An entry as it can be called now, and the storage that its arguments live in."""
 
     storage: Storage
-
-    def __call__(self, *args: Any) -> Any:
-        """Call the entry."""
-
-
-class Interpreted:
-    """An entry that Python interprets."""
-
-    storage: Storage = OBJECTS
-
-    def __init__(self, function: Callable[..., Any]) -> None:
-        self.function = function
+    function: Callable[..., Any]
 
     def __call__(self, *args: Any) -> Any:
         """Call the entry."""
         return self.function(*args)
-
-
-class Compiled:
-    """
-    An entry in machine code, which takes the address of a table of its arguments.
-
-    Whether arguments have the types that the description states is not checked: it would take
-    longer than the call. The tests check all calls.
-
-    Parameters
-    ----------
-    function : ctypes function
-    arguments : list of dict
-        From the description of the library.
-
-    """
-
-    storage: Storage = ROWS
-
-    def __init__(self, function: Any, arguments: list[dict[str, Any]]) -> None:
-        function.argtypes, function.restype = [ctypes.c_char_p], ctypes.c_int64
-        self.arguments = arguments
-        self.function = function
-        self.table = table_of(arguments)
-
-    def __call__(self, *args: Any) -> Any:
-        """Call the entry."""
-        return self.function(self.table(*args))
 
 
 class Entry:
@@ -100,7 +61,7 @@ class Entry:
     ) -> None:
         self.function = function
         self.example = example
-        self.interpreted = Interpreted(function)
+        self.interpreted = Run(OBJECTS, function)
         self.__doc__ = function.__doc__
 
     def __call__(self, *args: Any) -> Any:
@@ -116,11 +77,17 @@ class Entry:
         return self.compiled if storage is ROWS else self.interpreted
 
     @cached_property
-    def compiled(self) -> Compiled:
-        """The function of the library."""
+    def compiled(self) -> Run:
+        """
+        The function of the library.
+
+        It does not check its arguments, which would take longer than the call: they must be what
+        the description of the library states. The tests check all calls.
+        """
         library, name = machine_code.library(), self.function.__name__
         assert library is not None
-        return Compiled(library.functions[name], library.description['entries'][name]['arguments'])
+        arguments = library.description['entries'][name]['arguments']
+        return Run(ROWS, caller(library.functions[name], arguments))
 
 
 def entry(example: Callable[[Storage], tuple[Any, ...]]) -> Callable[[Callable[..., Any]], Entry]:
@@ -131,15 +98,16 @@ def entry(example: Callable[[Storage], tuple[Any, ...]]) -> Callable[[Callable[.
 _FORMATS = {'f8': 'd', 'i8': 'q', 'b1': '?7x'}  # of `struct`; a number takes eight bytes
 
 
-def table_of(arguments: list[dict[str, Any]]) -> Callable[..., bytes]:
+def caller(function: Any, arguments: list[dict[str, Any]]) -> Callable[..., Any]:
     """
-    Make a function that puts arguments into a table.
+    Make a function that puts its arguments into a table, and calls a function of the library.
 
     It is written for these arguments, and runs several times as fast as a loop over them. For an
     array, the table has its address and its shape. NumPy documents that the structure of an array
-    begins with the address (`PyArrayObject.data`), after what all objects of CPython begin with;
-    `array.ctypes.data` takes seven times as long.
+    begins with the address (`PyArrayObject.data`), after the head that all objects of CPython
+    have; `array.ctypes.data` takes seven times as long.
     """
+    function.argtypes, function.restype = [ctypes.c_char_p], ctypes.c_int64
     values: list[str] = []
     formats: list[str] = []
 
@@ -158,10 +126,12 @@ def table_of(arguments: list[dict[str, Any]]) -> Callable[..., bytes]:
         return variable
 
     names = ', '.join(map(name, arguments))
-    code = f'def table(*args):\n ({names},) = args\n return pack({", ".join(values)})'
     made: dict[str, Any] = {
         'address': ctypes.c_size_t.from_address,
         'pack': struct.Struct(f'<{"".join(formats)}').pack,
+        'function': function,
     }
-    exec(code, made)
-    return made['table']
+    exec(
+        f'def call(*args):\n ({names},) = args\n return function(pack({", ".join(values)}))', made
+    )
+    return made['call']

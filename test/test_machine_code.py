@@ -290,9 +290,14 @@ def test_the_libraries_that_were_used_last_are_kept(tmp_path):
     assert [folder for folder in folders if folder.exists()] == folders[: build.KEPT]
 
 
-def test_an_unknown_target_is_named(tmp_path):
-    with pytest.raises(ValueError, match=r'cannot be built for vax; only for linux-x86_64, '):
-        build.build(tmp_path, ['vax'])
+def test_an_unknown_target_is_named(capsys, tmp_path, monkeypatch):
+    from billiard_shot.cli import main
+
+    monkeypatch.setenv('BILLIARD_SHOT_CACHE', str(tmp_path))
+    assert main(['compile', 'vax']) == 1
+    assert "target must be one of linux-x86_64, linux-aarch64, wasm32, got 'vax'" in (
+        capsys.readouterr().err
+    )
 
 
 @pytest.mark.skipif(shutil.which('nm') is None, reason='needs nm')
