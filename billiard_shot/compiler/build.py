@@ -17,6 +17,7 @@ import tempfile
 from billiard_shot import machine_code
 from billiard_shot.compiled import Entry
 from billiard_shot.compiler.description import describe
+from billiard_shot.compiler.header import HEADER, header_of
 from billiard_shot.entries import ENTRIES
 
 try:
@@ -63,7 +64,7 @@ def _build_apart(folder: str) -> None:
 
 def build(folder: Path, targets: Sequence[str] = (machine_code.LIBRARY, EVERYWHERE)) -> None:
     """
-    Write the library, its description, and the licence of the functions in it.
+    Write the library, its description, its header, and the licence of the functions in it.
 
     Parameters
     ----------
@@ -98,6 +99,7 @@ def build(folder: Path, targets: Sequence[str] = (machine_code.LIBRARY, EVERYWHE
         file = folder / TARGETS[target].file
         description['files'][file.name] = hashlib.sha256(file.read_bytes()).hexdigest()
     shutil.copy(LICENCE, folder / 'COPYRIGHT.musl')
+    (folder / HEADER).write_text(header_of(description, entries))
     (folder / machine_code.DESCRIPTION).write_text(json.dumps(description, indent=1))
 
 
