@@ -200,7 +200,7 @@ def check_chance(found):
     successes = int((falls & (batch.pocket[:, 0] < 0) & ~batch.off_table[:, 0]).sum())
     assert 0 < successes < 500
     assert found['chance'] == successes / 500
-    assert found['interval'] == pytest.approx(wilson_interval(successes / 500, 500), rel=1e-12)
+    assert found['interval'] == pytest.approx(wilson_interval(successes, 500), rel=1e-12)
     errors = np.std(found['strokes'], axis=0)
     assert errors == pytest.approx(scene.noise.sigmas(scene.ball.radius), rel=0.15)
 
