@@ -35,9 +35,12 @@ const { module, folder, scene, strokes, rounds } = JSON.parse(readFileSync(0, 'u
 const { load } = await import(module);
 const wasm = readFileSync(`${folder}/core.wasm`);
 const description = JSON.parse(readFileSync(`${folder}/description.json`, 'utf-8'));
-const begin = performance.now();
-const table = new (await load({ wasm, description })).Table(scene);
-const start = performance.now() - begin;
+let [table, start] = [null, Infinity];
+for (let round = 0; round < 5; round++) {
+  const begin = performance.now();
+  table = new (await load({ wasm, description })).Table(scene);
+  start = Math.min(start, performance.now() - begin);
+}
 const best = strokes.map(() => Infinity);
 for (let round = 0; round < rounds; round++) {
   strokes.forEach((stroke, i) => {

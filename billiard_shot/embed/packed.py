@@ -31,8 +31,8 @@ def packed_scene(scene: Scene) -> dict[Entry, dict[str, Any]]:
     Without pockets there is no `find_direct_shots`.
     """
     setting = setting_of(scene)
-    count, one = len(setting.names), np.zeros((1, 3))
-    task = task_of(setting, one, one, None, Accuracy(DEFAULT_SHOT_TOLERANCE))
+    count, accuracy = len(setting.names), Accuracy(DEFAULT_SHOT_TOLERANCE)
+    task = task_of(setting, np.zeros((1, 3)), np.zeros((1, 3)), None, accuracy)
     room = room_for(ROWS, count, True)  # with scratch that this thread has used
     room = room._replace(scratch=new_scratch(ROWS, len(room.properties)))
     rooms = room_for_simulation(ROWS, count), room

@@ -9,8 +9,8 @@
  * Lengths are in m, times in s, angles in rad, `a` and `b` in ball radii; the frame is `table`.
  * Equal arguments give the results that Python has, to the last bit. Two things stay in Python:
  * words that explain a status, of which a caller sees the name, such as `CUE_THROUGH_BALL`; and how
- * far results of law `energetic` jump, which `error` and `status` do not tell here. Where fields of
- * records lie is read from the description that the build of the core writes.
+ * far results of law `energetic` jump, which `error` and `status` do not tell here.
+ *
  * @typedef {Record<string, number[]>} Balls where balls lie (x, y), by names; the others are absent
  * @typedef {Record<string, number>} Stroke as of `Stroke.from_offsets`; what is not given is 0
  * @typedef {Record<string, number>} Noise standard deviations of normal errors of a stroke
@@ -98,7 +98,7 @@ class Heap {
   }
 }
 
-/** An entry of the core, and the table of its arguments. */
+/** An entry of the core, and its table of arguments, as the description of the core has it. */
 class Call {
   constructor(heap, name, values) {
     // `places`: slot, shape, start and layout of each array, by its path, such as `tables.balls`
@@ -181,10 +181,9 @@ class Shot {
     const members = this.record[2].all(); // number of an event and a ball in turn
     return this.record[1].all().map((event, number) => {
       const cause = nameOf(this.constants.Cause, event.cause);
-      let balls = cause === 'BALL' ? [event.ball, event.other] : [event.ball];
-      if (cause === 'CLUSTER' || cause === 'CUE') {
-        balls = members.filter((_, k) => k % 2 && members[k - 1] === number);
-      }
+      const pair = cause === 'BALL' ? [event.ball, event.other] : [event.ball];
+      const group = members.filter((_, k) => k % 2 && members[k - 1] === number);
+      const balls = ['CLUSTER', 'CUE'].includes(cause) ? group : pair;
       const pocket = cause === 'POCKET' ? pockets[event.other] : undefined;
       return { ...event, cause, balls: balls.map((ball) => names[ball]), pocket };
     });
