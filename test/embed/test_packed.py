@@ -22,18 +22,8 @@ def test_packed_arguments_play_a_shot_as_predict_does(name):
 
 
 def test_packed_scenes_have_nothing_of_shots_that_were_played():
-    before = packed_scene(Scene.load('blocked'))
     predict('blocked', Stroke.from_offsets(0.1, 0.2, 0.1, 0.15, 4.0))
-    after = packed_scene(Scene.load('blocked'))
-    for entry, arguments in before.items():
-        for one, other in zip(leaves(arguments), leaves(after[entry]), strict=True):
-            assert np.asarray(one).tobytes() == np.asarray(other).tobytes()
-
-
-def leaves(value):
-    """Numbers and arrays of arguments."""
-    if isinstance(value, dict | tuple):
-        for each in value.values() if isinstance(value, dict) else value:
-            yield from leaves(each)
-    else:
-        yield value
+    room = packed_scene(Scene.load('blocked'))[play_tables]['room']
+    for record in (room.bodies, room.results.contacts, room.scratch.contacts):
+        assert len(record) > 3
+        assert not any(record.tobytes())
