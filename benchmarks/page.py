@@ -15,7 +15,7 @@ import numpy as np
 from tools.timing import QUICK, Report
 
 from billiard_shot import Scene
-from billiard_shot.embed.core_files import core_folder
+from billiard_shot.embed.core_files import core_folder, PAGES
 from billiard_shot.embed.packed import packed_scene
 from billiard_shot.embed.page_scene import export_scene
 from billiard_shot.shot.stroke import vectors_of
@@ -33,7 +33,7 @@ PROGRAM = """
 import { readFileSync } from 'node:fs';
 const { module, folder, scene, strokes, rounds } = JSON.parse(readFileSync(0, 'utf-8'));
 const { load } = await import(module);
-const wasm = readFileSync(`${folder}/core.wasm`);
+const wasm = readFileSync(`${folder}/wasm32.wasm`);
 const description = JSON.parse(readFileSync(`${folder}/description.json`, 'utf-8'));
 let [table, start] = [null, Infinity];
 for (let round = 0; round < 5; round++) {
@@ -75,8 +75,8 @@ def main():
     if NODE is None:
         report.note('Node is not installed: nothing was measured')
         report.end()
-    folder, draw = core_folder(), np.random.default_rng(1)
-    wasm = (folder / 'core.wasm').read_bytes()
+    folder, draw = core_folder(PAGES), np.random.default_rng(1)
+    wasm = (folder / 'wasm32.wasm').read_bytes()
     report.row('WebAssembly', len(wasm) / 1e3, 'kB')
     report.row('    compressed', len(gzip.compress(wasm)) / 1e3, 'kB', SIZE)
     low, high = (-0.4, -0.4, 0.02, -0.3, 0.5), (0.4, 0.4, 0.6, 0.3, 6.0)

@@ -5,7 +5,7 @@ import json
 from pathlib import Path
 
 from billiard_shot.embed.c_scene import c_scene
-from billiard_shot.embed.core_files import copy_core
+from billiard_shot.embed.core_files import copy_library, copy_module
 from billiard_shot.embed.page_scene import export_scene
 
 
@@ -29,15 +29,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Write the files."""
-    output = options.output
+    output, folder = options.output, options.output.absolute().parent
     if output.suffix not in ('.json', '.h'):
         raise ValueError(f'--output must be a file .json or .h, got {output}')
-    in_c = output.suffix == '.h'
-    if options.core:
-        copy_core(output.absolute().parent, in_c)
-    if in_c:
-        text = c_scene(options.scene)
+    if output.suffix == '.h':
+        text, copy = c_scene(options.scene), copy_library
     else:
-        text = json.dumps(export_scene(options.scene), separators=(',', ':'), allow_nan=False)
+        exported = export_scene(options.scene)
+        text, copy = json.dumps(exported, separators=(',', ':'), allow_nan=False), copy_module
+    if options.core:
+        copy(folder)
     output.write_text(text, encoding='utf-8')
     return 0

@@ -1,37 +1,45 @@
 """The files of the compiled core that pages and programs in C take with them."""
 
-import json
 from pathlib import Path
 import shutil
 
 from billiard_shot import machine_code
+from billiard_shot.compiler.build import provide
 from billiard_shot.compiler.header import HEADER
 
-WEB = Path(__file__).with_name('web')
-FOR_PAGES = 'core.wasm', machine_code.DESCRIPTION, 'COPYRIGHT.musl'
-FOR_C = HEADER, f'{machine_code.LIBRARY}.*', 'COPYRIGHT.musl'
+MODULE = Path(__file__).with_name('web')
+PAGES = 'wasm32'  # the target of the core in pages
+LICENCE = 'COPYRIGHT.musl'
 
 
-def core_folder() -> Path:
+def core_folder(target: str) -> Path:
     """
-    Find the folder with the core that was built from these sources.
+    Find the folder with the core for a target; build it if there is none.
 
     Raises
     ------
     ValueError
-        If there is none.
+        If it cannot be built.
 
     """
-    for folder in (machine_code.PACKAGED, machine_code.built()):
-        file = folder / machine_code.DESCRIPTION
-        if file.is_file() and json.loads(file.read_bytes())['sources'] == machine_code.sources():
-            return folder
-    raise ValueError('the core must be built first: billiard-shot compile')
+    if any(machine_code.PACKAGED.glob(f'{target}.*')):
+        return machine_code.PACKAGED
+    try:
+        return provide(target)
+    except (ModuleNotFoundError, RuntimeError) as error:
+        raise ValueError(f'the core for {target} cannot be built: {error}') from None
 
 
-def copy_core(folder: Path, in_c: bool) -> None:
-    """Copy the core into a folder: the header and the library for C, or the module of pages."""
-    built = core_folder()
-    names = [path for name in (FOR_C if in_c else FOR_PAGES) for path in built.glob(name)]
-    for path in (*names, *(() if in_c else WEB.iterdir())):
-        shutil.copy(path, folder)
+def copy_module(folder: Path) -> None:
+    """Copy the JavaScript module and the core into a folder, which then is a package for npm."""
+    core = core_folder(PAGES)
+    shutil.copy(core / f'{PAGES}.wasm', folder / 'core.wasm')
+    for file in (core / machine_code.DESCRIPTION, core / LICENCE, *MODULE.iterdir()):
+        shutil.copy(file, folder)
+
+
+def copy_library(folder: Path) -> None:
+    """Copy the header and the library for this machine into a folder."""
+    core = core_folder(machine_code.LIBRARY)
+    for file in (core / HEADER, core / LICENCE, *core.glob(f'{machine_code.LIBRARY}.*')):
+        shutil.copy(file, folder)

@@ -37,17 +37,18 @@ def packed_scene(scene: Scene) -> dict[Entry, dict[str, Any]]:
     room = room._replace(scratch=new_scratch(ROWS, len(room.properties)))
     rooms = room_for_simulation(ROWS, count), room
     capacity = CAPACITY * (2 + count)
-    playing = packed(task, ROWS, rooms, capacity, capacity)
-    for recorded in (playing[5].segments, playing[5].events):
-        recorded.view(np.uint8).fill(0)
     made = {
         write_strokes: (np.zeros((1, 5)), np.zeros((1, 3)), np.zeros((1, 3))),
-        play_tables: playing,
+        play_tables: packed(task, ROWS, rooms, capacity, capacity),
     }
     if scene.table is not None and scene.table.pockets:
         places, kinds = np.zeros((1, count, 2)), np.array([[PRESENT] + [LEGAL] * (count - 1)])
         made[find_direct_shots] = arguments_of(ROWS, scene, scene.noise, places, kinds, 0)
-    return {
+    named = {
         entry: dict(zip(signature(entry.function).parameters, arguments, strict=True))
         for entry, arguments in made.items()
     }
+    room_of_play = named[play_tables]['simulation']
+    for record in (room_of_play.segments, room_of_play.events):
+        record.view(np.uint8).fill(0)  # it was not set
+    return named

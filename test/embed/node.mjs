@@ -4,7 +4,7 @@ import { readFileSync } from 'node:fs';
 import { load } from '../../billiard_shot/embed/web/core.mjs';
 
 const { folder, scene, strokes, script } = JSON.parse(readFileSync(0, 'utf-8'));
-const wasm = readFileSync(`${folder}/core.wasm`);
+const wasm = readFileSync(`${folder}/wasm32.wasm`);
 const description = JSON.parse(readFileSync(`${folder}/description.json`, 'utf-8'));
 const core = await load({ wasm, description });
 const table = new core.Table(scene);

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from billiard_shot import predict, predict_batch, Scene, shots, Stroke
-from billiard_shot.embed.core_files import core_folder, WEB
+from billiard_shot.embed.core_files import core_folder, MODULE, PAGES
 from billiard_shot.embed.page_scene import export_scene
 from billiard_shot.planning.statistics import wilson_interval
 from billiard_shot.shot.accuracy import Accuracy, DEFAULT_SHOT_TOLERANCE
@@ -33,7 +33,7 @@ def in_node(scene, **asked):
     """What node.mjs answers for a scene as it is exported."""
     done = subprocess.run(
         [NODE, Path(__file__).with_name('node.mjs')],
-        input=json.dumps({'folder': str(core_folder()), 'scene': scene, **asked}),
+        input=json.dumps({'folder': str(core_folder(PAGES)), 'scene': scene, **asked}),
         capture_output=True,
         text=True,
         check=False,
@@ -270,11 +270,11 @@ def test_a_scene_for_a_page_is_small(name):
 @needs_browser
 def test_a_page_that_is_a_file_plays_shots_and_estimates_chances(tmp_path):
     """The module, WebAssembly and the scene are in the page; its workers run the module, too."""
-    folder = core_folder()
-    wasm = base64.b64encode((folder / 'core.wasm').read_bytes()).decode()
+    folder = core_folder(PAGES)
+    wasm = base64.b64encode((folder / 'wasm32.wasm').read_bytes()).decode()
     page = tmp_path / 'page.html'
     page.write_text(f"""<!doctype html><meta charset="utf-8">
-<script type="text/plain" id="module">{(WEB / 'core.mjs').read_text()}</script>
+<script type="text/plain" id="module">{(MODULE / 'core.mjs').read_text()}</script>
 <script type="module">
 const text = document.getElementById('module').textContent;
 const module = new Blob([text], {{ type: 'text/javascript' }});
