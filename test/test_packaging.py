@@ -70,6 +70,8 @@ def test_versions_agree():
     versions = {
         ET.parse(ROOT / folder / 'package.xml').findtext('version') for folder in ('.', 'msg_defs')
     }
+    page = ROOT / 'billiard_shot' / 'embed' / 'web' / 'package.json'
+    versions.add(json.loads(page.read_text())['version'])
     assert len(versions) == 1
     assert f"version='{versions.pop()}'" in (ROOT / 'setup.py').read_text()
 

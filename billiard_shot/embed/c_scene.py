@@ -33,7 +33,8 @@ def c_scene(scene: SceneLike) -> str:
     """
     scene = Scene.load(scene)
     names = ', '.join(f'{i} {name}' for i, name in enumerate(setting_of(scene).names))
-    parts = [_BEGIN.format(names=names, file=HEADER, sources=machine_code.sources())]
+    balls = names.replace('*/', '* /')  # which would end the comment
+    parts = [_BEGIN.format(names=balls, file=HEADER, sources=machine_code.sources())]
     made = packed_scene(scene)
     described = describe(list(made))['entries']
     for entry, arguments in made.items():
@@ -78,6 +79,8 @@ def _number(value: Any) -> str:
         return _number(tuple(value.tolist()))
     if isinstance(value, tuple):
         return f'{{{", ".join(map(_number, value))}}}'
-    if isinstance(value, float) and not math.isfinite(value):
-        return 'NAN' if math.isnan(value) else f'{"-" * (value < 0)}INFINITY'
-    return str(int(value)) if isinstance(value, bool) else repr(value)
+    if not isinstance(value, float):
+        return str(int(value))
+    if math.isfinite(value):
+        return repr(float(value))
+    return 'NAN' if math.isnan(value) else f'{"-" * (value < 0)}INFINITY'
