@@ -225,6 +225,7 @@ def test_chances_are_shares_of_strokes_as_python_predicts_them():
             'shoot({ cue: [0, "1"] }, { speed: 1 })',
             'balls.cue[1] must be -0.6858 to 0.6858, got 1 (m)',
         ),
+        ('shots({ cue: [0, 0, 0.03] })', 'the length of balls.cue must be 2, got 3'),
         ('shoot({ 8: [0, 0] }, { speed: 1 })', 'balls.cue[0] must be'),
         ('shoot({ cue: [0, 0], 9: [1, 0] }, { speed: 1 })', 'balls must be cue or 1 or 8, got 9'),
         (
@@ -233,6 +234,10 @@ def test_chances_are_shares_of_strokes_as_python_predicts_them():
         ),
         ('shots({ cue: [2, 0] })', 'balls.cue[0] must be -1.3208 to 1.3208, got 2 (m)'),
         ('chance({ cue: [0, 0] }, { speed: 1 }, { ball: "8" })', 'target.ball must be cue, got 8'),
+        (
+            'chance({ cue: [0, 0] }, { speed: 1 }, { ball: "cue" }, table.scene.noise, 1.5)',
+            'n must be 1 to Infinity',
+        ),
         (
             'chance({ cue: [0, 0] }, { speed: 1 }, { ball: "cue", pocket: "x" })',
             'target.pocket must be',

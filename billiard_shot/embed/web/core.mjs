@@ -248,11 +248,12 @@ class Table {
    * @param {Balls} balls @param {Stroke} stroke @param {Target} target @param {Noise} noise
    */
   async chance(balls, stroke, target, noise = this.scene.noise, n = 1000, seed = 1) {
+    const { ranges, pockets } = this.scene;
     this.check(balls, stroke);
-    within('n', n, [1, Infinity, 'strokes']);
-    OFFSETS.forEach((name) => within(`noise.${name}`, noise[name], [0, Infinity, 'as it has']));
+    within('n', Number.isInteger(n) ? n : NaN, [1, Infinity, 'a whole number of strokes']);
+    OFFSETS.forEach((name) => within(`noise.${name}`, noise[name], ranges[name].with(0, 0)));
     oneOf('target.ball', target.ball, Object.keys(balls));
-    oneOf('target.pocket', target.pocket, [undefined, ...this.scene.pockets]);
+    oneOf('target.pocket', target.pocket, [undefined, ...pockets]);
     const given = [balls, this.drawn(stroke, noise, n, seed), target];
     const chance = (await (this.core.workers ? this.shared(...given) : this.count(...given))) / n;
     // E. B. Wilson, J. Am. Stat. Assoc. 22, 1927
@@ -280,8 +281,7 @@ class Table {
     const pocket = this.scene.pockets.indexOf(target.pocket); // -1: any
     return strokes.filter((stroke) => {
       this.play(balls, stroke);
-      const ends = this.calls.play_tables.rows('tables.balls');
-      const [cue, end] = [ends.get(0), ends.get(ball)];
+      const [cue, end] = [0, ball].map((i) => this.calls.play_tables.rows('tables.balls').get(i));
       const falls = end.motion === POCKETED && [-1, end.pocket].includes(pocket);
       return falls && ![POCKETED, OFF_TABLE].includes(cue.motion);
     }).length;
@@ -320,10 +320,10 @@ class Table {
     const { names, ranges, apart } = this.scene;
     Object.keys(stroke).forEach((name) => oneOf('stroke', name, OFFSETS));
     OFFSETS.forEach((name) => within(`stroke.${name}`, stroke[name] ?? 0, ranges[name]));
-    Object.entries({ [names[0]]: [], ...balls }).forEach(([name, [x, y]], i, all) => {
+    Object.entries({ [names[0]]: [], ...balls }).forEach(([name, [x, y, ...more]], i, all) => {
       oneOf('balls', name, names);
-      within(`balls.${name}[0]`, x, ranges.x);
-      within(`balls.${name}[1]`, y, ranges.y);
+      [x, y].forEach((each, k) => within(`balls.${name}[${k}]`, each, ranges['xy'[k]]));
+      oneOf(`the length of balls.${name}`, 2 + more.length, [2]);
       for (const [other, [u, v]] of all.slice(0, i)) {
         within(`distance of ${other} and ${name}`, Math.hypot(x - u, y - v), apart);
       }
