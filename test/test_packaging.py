@@ -70,6 +70,8 @@ def test_versions_agree():
     versions = {
         ET.parse(ROOT / folder / 'package.xml').findtext('version') for folder in ('.', 'msg_defs')
     }
+    page = ROOT / 'billiard_shot' / 'embed' / 'web' / 'package.json'
+    versions.add(json.loads(page.read_text())['version'])
     assert len(versions) == 1
     assert f"version='{versions.pop()}'" in (ROOT / 'setup.py').read_text()
 
@@ -170,6 +172,7 @@ def test_wheel_has_scenes_the_page_and_what_ros_looks_for(wheel):
 @pytest.mark.skipif(not machine_code.is_loaded(), reason='needs machine code')
 def test_wheel_has_the_library_and_fits_every_python(wheel):
     made = {'description.json', 'COPYRIGHT.musl', f'{machine_code.LIBRARY}.so', 'wasm32.wasm'}
+    made.add('billiard_shot.h')
     names = zipfile.ZipFile(wheel).namelist()
     assert {name.rpartition('/')[2] for name in names if '/library/' in name} == made
     assert re.fullmatch(r'billiard_shot-[^-]*-py3-none-manylinux.*\.whl', wheel.name)

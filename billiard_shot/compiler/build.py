@@ -19,6 +19,7 @@ from typing import Any
 
 from billiard_shot import machine_code
 from billiard_shot.compiler.description import describe
+from billiard_shot.compiler.header import HEADER, header_of
 from billiard_shot.entries import ENTRIES
 
 try:
@@ -85,7 +86,7 @@ def _build_apart(folder: Path, targets: list[str]) -> None:
 
 
 def build(folder: Path, targets: list[str]) -> None:
-    """Write the library for targets, its description, and the licence of the functions in it."""
+    """Write the library for targets; its description, header and licences come with it."""
     from billiard_shot.compiler.targets import compile_for, LICENCE, TARGETS
 
     for target in targets:
@@ -101,6 +102,7 @@ def build(folder: Path, targets: list[str]) -> None:
         description, code = describe(entries), capture(entries)
         _write(captured, code, description)
         _write(folder / 'COPYRIGHT.musl', LICENCE.read_bytes(), description)
+        _write(folder / HEADER, header_of(description, entries).encode(), description)
     for target in targets:
         made = compile_for(TARGETS[target], code, list(description['entries']))
         _write(folder / f'{target}{TARGETS[target].suffix}', made, description)
