@@ -103,7 +103,7 @@ def _candidates() -> Iterator[Path]:
     """Find libraries for this system."""
     named = os.environ.get('BILLIARD_SHOT_LIBRARY')
     if named:
-        yield Path(named)
+        yield Path(named).absolute()  # only a path is no name of a library of the system
         return
     for folder in (PACKAGED, built()):
         yield from folder.glob(f'{LIBRARY}.*')

@@ -103,9 +103,10 @@ def test_nothing_imports_the_tools_where_it_runs():
 
 def test_a_library_is_named_by_a_variable(copied, numbers):
     file = copied / library().name
-    (given, loaded), stderr = run(PREDICT, BILLIARD_SHOT_LIBRARY=str(file))
-    assert (loaded, stderr) == ('True', '')
-    assert json.loads(given) == numbers
+    for name, folder in ((str(file), ROOT), (file.name, copied)):
+        (given, loaded), stderr = run(PREDICT, folder, BILLIARD_SHOT_LIBRARY=name)
+        assert (loaded, stderr) == ('True', '')
+        assert json.loads(given) == numbers
     assert 'No such file' in interprets(numbers, BILLIARD_SHOT_LIBRARY=str(copied / 'none.so'))
 
 
