@@ -108,14 +108,14 @@ docs: setup
 	$(BIN)/python -m sphinx -W --keep-going -q -b html docs docs/_build/html
 	@echo 'docs/_build/html/index.html'
 
-# Tests that also run as where numba is not installed; one with 100 balls would take 18 s.
+# Tests that also run interpreted; one with 100 balls would take 18 s.
 INTERPRETED := test/impact/test_bad_input.py test/impact/test_paper_values.py \
                test/shot/test_predict.py test/shot/test_replay.py
 
 # The nodes keep time: their tests come after the others. They wait more than they compute, so three
 # workers share two cores.
 test: lint setup
-	WITHOUT_NUMBA=1 $(BIN)/pytest -n 2 -q -k 'not more_balls' $(INTERPRETED)
+	BILLIARD_SHOT_INTERPRET=1 $(BIN)/pytest -n 2 -q -k 'not more_balls' $(INTERPRETED)
 ifeq ($(ROS),none)
 	$(BIN)/pytest -n 2 --dist loadgroup
 else

@@ -11,6 +11,9 @@ from pathlib import Path
 from setuptools import find_packages, setup
 
 package_name = 'billiard_shot'
+# What makes the library of machine code. It uses names of numba that are not public, and ziglang
+# brings the sources of musl's functions.
+compiler = ['numba>=0.68,<0.69', 'ziglang==0.14.1']
 
 setup(
     name=package_name,
@@ -54,7 +57,7 @@ setup(
     ],
     install_requires=['numpy>=1.26', 'pyyaml>=6.0', 'scipy>=1.11', 'setuptools'],
     extras_require={
-        'fast': ['numba>=0.59'],
+        'build': compiler,
         'plot': ['matplotlib>=3.8', 'pillow>=10.0'],
         'compare': ['mujoco>=3.2'],
         'dask': ['distributed>=2024.1'],
@@ -64,6 +67,7 @@ setup(
         'video': ['imageio[ffmpeg]>=2.31', 'matplotlib>=3.8', 'pillow>=10.0'],
         'docs': ['furo>=2024.8.6', 'latex2mathml>=3.77', 'myst-parser>=4.0', 'sphinx>=8.1'],
         'test': [
+            *compiler,
             'build>=1.2',
             'distributed>=2024.1',
             'gymnasium>=1.1',
@@ -71,7 +75,6 @@ setup(
             'imageio[ffmpeg]>=2.31',
             'import-linter>=2.0',
             'matplotlib>=3.8',
-            'numba>=0.59',
             # pytest 9.2 passes over how pytest-xdist 3.8 keeps tests of a group together
             'mypy>=1.10',
             'packaging>=23.0',

@@ -15,8 +15,8 @@ from tools.timing import QUICK, Report, seconds, Time, yardstick
 
 from billiard_shot import predict, predict_batch, Scene, Stroke
 from billiard_shot.impact.solve import solve_in_contact_space
-from billiard_shot.shot.accuracy import strike_tolerance
 from billiard_shot.study.problem import ContactProblem
+from billiard_shot.table.stroke_accuracy import strike_tolerance
 
 OVERHEAD = 100.0  # us on a machine where np.cross takes CROSS
 CROSS = 15.0  # us; the limit scales with the time of np.cross here
@@ -99,7 +99,7 @@ def strike_time(scene, normals, velocities, tolerance):
     work = []
     for normal, velocity in zip(normals, velocities, strict=True):
         strike = ContactProblem.of(scene, Stroke(normal, velocity))
-        accuracy = strike_tolerance(strike.model, strike.stroke.speed, tolerance)
+        accuracy = strike_tolerance(strike.model.surface, strike.stroke.speed, tolerance)
         work.append((strike.response, strike.velocity, accuracy))
     arrays = [np.array(column) for column in zip(*work, strict=True)]
     return seconds(solve_in_contact_space, strike.properties, *arrays, repeats=5) / len(work)

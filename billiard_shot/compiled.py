@@ -1,54 +1,35 @@
 """
-Functions that Python interprets at first, and that run as machine code once it is loaded.
+Functions that run as machine code, or that Python interprets if there is no library of it.
 
-The inner functions of the library are plain Python. `inner` and `innermost` note how numba is to
-compile a function into its callers. `Entry` is a function that other modules call. Nothing here
-imports numba before machine code is asked for, so the first answer of a process does not wait for
-it. `billiard_shot.machine_code` compiles the entries, once, in other processes.
+The inner functions of the library are plain Python. `inner` and `innermost` note them for
+`billiard_shot.compiler`. `Entry` is a function that other modules call.
 """
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from importlib import import_module
-from pathlib import Path
-from time import perf_counter
-from typing import Any, ClassVar, ParamSpec, Protocol, TypeVar
+from collections.abc import Callable
+import ctypes
+from functools import cached_property
+import struct
+from typing import Any, ParamSpec, Protocol, TypeVar
 
+from billiard_shot import machine_code
 from billiard_shot.records import OBJECTS, ROWS, Storage
 
 P = ParamSpec('P')
 R = TypeVar('R')
 
-# Divisions follow IEEE 754, as in NumPy. Compiled code releases the GIL: threads run in parallel.
-# `pipelines` adds what entries need besides. If entries had other options than inner functions,
-# numba would compile the inner functions that both call once for each.
-OPTIONS: dict[str, Any] = {
-    'error_model': 'numpy',
-    'nogil': True,
-    'no_cpython_wrapper': True,
-    'no_cfunc_wrapper': True,
-    '_nrt': False,
-}
-
-_parts: list[tuple[Callable[..., Any], str]] = []
-_callers: list[tuple[Callable[..., None], 'Entry']] = []
+PARTS: dict[Callable[..., Any], bool] = {}
+"""The inner functions, and whether each is inlined into every caller."""
 
 
 def inner(function: Callable[P, R]) -> Callable[P, R]:
-    """
-    Note that numba may compile a function into its callers.
-
-    It must not make arrays. Without the counting of references that arrays need, it runs 1.2 to 2
-    times as fast. (`register_jitable(_nrt=False)` is an example in numba's own documentation of
-    `register_jitable`.)
-    """
-    _parts.append((function, 'Inner'))
+    """Note that a function is compiled, for other compiled functions. It must not make arrays."""
+    PARTS[function] = False
     return function
 
 
 def innermost(function: Callable[P, R]) -> Callable[P, R]:
     """Like `inner`, for the innermost loops: inlined into every caller."""
-    _parts.append((function, 'Innermost'))
+    PARTS[function] = True
     return function
 
 
@@ -65,72 +46,54 @@ class Interpreted:
     """An entry that Python interprets."""
 
     storage: Storage = OBJECTS
-    seconds = 0.0  # of all entries so far
-    # Called with these seconds before an entry is interpreted; `machine_code` is one.
-    listeners: ClassVar[list[Callable[[float], None]]] = []
 
     def __init__(self, function: Callable[..., Any]) -> None:
         self.function = function
 
     def __call__(self, *args: Any) -> Any:
-        """Call the entry, and note for how long it runs."""
-        begin = perf_counter()
-        try:
-            return self.function(*args)
-        finally:
-            Interpreted.seconds += perf_counter() - begin
+        """Call the entry."""
+        return self.function(*args)
 
 
 class Compiled:
     """
-    An entry in machine code.
+    An entry in machine code, which takes the address of a table of its arguments.
 
-    numba finds out the types of all arguments for each call, which takes up to four times as long
-    as passing them. An entry has one signature, so a call passes its arguments directly. They must
-    have the types of the example, and arrays its number of dimensions; the tests check all calls.
+    Whether arguments have the types that the description states is not checked: it would take
+    longer than the call. The tests check all calls.
 
     Parameters
     ----------
-    function : callable
-        numba's function.
-    signature : tuple
-        numba's types of the arguments.
+    function : ctypes function
+    arguments : list of dict
+        From the description of the library.
 
     """
 
     storage: Storage = ROWS
 
-    def __init__(self, function: Any, signature: tuple[Any, ...]) -> None:
+    def __init__(self, function: Any, arguments: list[dict[str, Any]]) -> None:
+        function.argtypes, function.restype = [ctypes.c_char_p], ctypes.c_int64
+        self.arguments = arguments
         self.function = function
-        self.signature = signature
-        self.run: Callable[..., Any] = function.compile(signature)
-        result = function.overloads[signature]
-        # numba's function for calls from C, which `_call_by_address` makes
-        self.address: int = result.library.get_pointer_to_function(
-            result.fndesc.llvm_cfunc_wrapper_name
-        )
+        self.table = table_of(arguments)
 
     def __call__(self, *args: Any) -> Any:
         """Call the entry."""
-        return self.run(*args)
+        return self.function(self.table(*args))
 
 
 class Entry:
     """
-    A function that Python calls: interpreted until its machine code is loaded.
-
-    An entry calls another entry only as an argument, see `as_argument`; other code that two of
-    them need is `inner`.
+    A function that Python calls: machine code, or interpreted without it.
 
     Parameters
     ----------
     function : callable
     example : callable
-        Makes arguments in a storage, from which numba learns their types.
+        Makes arguments in a storage, which show their types.
 
     """
-
-    machine_code: ClassVar[dict['Entry', Compiled]] = {}  # of all entries, or empty
 
     def __init__(
         self, function: Callable[..., Any], example: Callable[[Storage], tuple[Any, ...]]
@@ -140,38 +103,24 @@ class Entry:
         self.interpreted = Interpreted(function)
         self.__doc__ = function.__doc__
 
+    def __call__(self, *args: Any) -> Any:
+        """Call the entry from another function that is interpreted, or compiled as this one."""
+        return self.function(*args)
+
     def current(self) -> Run:
-        """Return the compiled function if it is loaded, otherwise the interpreted one."""
-        compiled = self.machine_code.get(self)
-        if compiled is not None:
-            return compiled
-        for listen in Interpreted.listeners:
-            listen(Interpreted.seconds)
-        return self.interpreted
-
-    def as_argument(self, storage: Storage) -> Any:
-        """
-        Return the function for another entry to call by `caller`, if it returns nothing.
-
-        Machine code calls it by its address, so that it is compiled once.
-        """
-        if storage is not ROWS:
-            return self.function
-        compiled = self.machine_code.get(self)
-        return compiled.address if compiled is not None else 0
-
-    def caller(self) -> Callable[..., None]:
-        """Make a function that calls this entry, given `as_argument` and its arguments."""
-
-        def call(function: Any, *args: Any) -> None:
-            function(*args)
-
-        _callers.append((call, self))
-        return call
+        """Return the compiled function if there is a library, otherwise the interpreted one."""
+        return self.compiled if machine_code.is_loaded() else self.interpreted
 
     def on(self, storage: Storage) -> Run:
         """Return the function that takes arguments in a storage."""
-        return self.machine_code[self] if storage is ROWS else self.interpreted
+        return self.compiled if storage is ROWS else self.interpreted
+
+    @cached_property
+    def compiled(self) -> Compiled:
+        """The function of the library."""
+        library, name = machine_code.library(), self.function.__name__
+        assert library is not None
+        return Compiled(library.functions[name], library.description['entries'][name]['arguments'])
 
 
 def entry(example: Callable[[Storage], tuple[Any, ...]]) -> Callable[[Callable[..., Any]], Entry]:
@@ -179,112 +128,40 @@ def entry(example: Callable[[Storage], tuple[Any, ...]]) -> Callable[[Callable[.
     return lambda function: Entry(function, example)
 
 
-def compile_entry(entry: Entry, folder: Path) -> Compiled:
+_FORMATS = {'f8': 'd', 'i8': 'q', 'b1': '?7x'}  # of `struct`; a number takes eight bytes
+
+
+def table_of(arguments: list[dict[str, Any]]) -> Callable[..., bytes]:
     """
-    Compile an entry or, if its folder has its machine code already, load it.
+    Make a function that puts arguments into a table.
 
-    Parameters
-    ----------
-    entry : Entry
-    folder : Path
-        Of this entry alone, named after everything that its machine code depends on.
-
-    Returns
-    -------
-    Compiled
-
-    Raises
-    ------
-    Exception
-        Whatever numba raises, for example for a damaged file in the folder.
-
+    It is written for these arguments, and runs several times as fast as a loop over them. For an
+    array, the table has its address and its shape. NumPy documents that the structure of an array
+    begins with the address (`PyArrayObject.data`), after what all objects of CPython begin with;
+    `array.ctypes.data` takes seven times as long.
     """
-    import numba
-    from numba.extending import register_jitable
+    values: list[str] = []
+    formats: list[str] = []
 
-    from billiard_shot import pipelines
+    def name(argument: dict[str, Any]) -> str:
+        """Name the variable of an argument, or those of all fields of a tuple."""
+        if argument['kind'] == 'tuple':
+            return f'({"".join(name(field) + ", " for field in argument["fields"])})'
+        variable = f'x{argument["slot"]}'
+        if argument['kind'] == 'array':
+            values.append(f'address(id({variable}) + {object.__basicsize__}).value')
+            values.append(f'*{variable}.shape')
+            formats.append('Q' + 'q' * argument['dimensions'])
+        else:
+            values.append(variable)
+            formats.append(_FORMATS[argument['kind']])
+        return variable
 
-    for function, name in _parts:
-        register_jitable(pipeline_class=getattr(pipelines, name), **OPTIONS)(function)
-    _parts.clear()
-    for call, called in _callers:
-        _call_by_address(call, _argument_types(called))
-    _callers.clear()
-    with _cache_in(folder):
-        compiler = numba.njit(cache=True, pipeline_class=pipelines.Outermost, **OPTIONS)
-        function = compiler(entry.function)
-    return Compiled(function, _argument_types(entry))
-
-
-def _argument_types(entry: Entry) -> tuple[Any, ...]:
-    """Return numba's types of the arguments of an entry."""
-    import numba
-
-    return tuple(map(numba.typeof, entry.example(ROWS)))
-
-
-def _call_by_address(call: Callable[..., None], expected: tuple[Any, ...]) -> None:
-    """Let compiled code call an entry with arguments of these types by its address."""
-    from numba.core import types
-    from numba.extending import intrinsic, overload
-
-    cgutils: Any = import_module('numba.core.cgutils')  # these two have no types
-    ir: Any = import_module('llvmlite.ir')
-
-    def call_at(context: Any, address: Any, args: Any) -> Any:
-        pairs = list(zip(args, expected, strict=True))
-        assert all(context.can_convert(*pair) is not None for pair in pairs)
-
-        def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-            given = cgutils.unpack_tuple(builder, values[1])
-            converted = [
-                context.cast(builder, value, *pair)
-                for value, pair in zip(given, pairs, strict=True)
-            ]
-            function = ir.FunctionType(
-                context.get_value_type(types.none), [each.type for each in converted]
-            )
-            builder.call(builder.inttoptr(values[0], function.as_pointer()), converted)
-            return context.get_dummy_value()
-
-        return types.none(address, args), generate
-
-    compiled_call: Any = intrinsic(call_at)
-
-    overload(call)(lambda function, *args: lambda function, *args: compiled_call(function, args))
-
-
-@contextmanager
-def _cache_in(folder: Path) -> Iterator[None]:
-    """
-    Let numba keep its machine code in this folder.
-
-    numba's own locators depend on the path of the source file, so that each installation compiles
-    again. The list of locators is the one hook that all supported versions of numba have.
-    """
-    caching: Any = import_module('numba.core.caching')  # it has no types
-    config: Any = import_module('numba.core.config')
-
-    class Locator(caching._CacheLocator):  # type: ignore[misc]
-        """Names the folder; the folder's own name says which sources it belongs to."""
-
-        @classmethod
-        def from_function(cls, py_func: Callable[..., Any], py_file: str) -> 'Locator':
-            del py_func, py_file
-            return cls()
-
-        def get_cache_path(self) -> str:
-            return str(folder)
-
-        def get_source_stamp(self) -> str:
-            return ''
-
-        def get_disambiguator(self) -> str:
-            return ''
-
-    before = caching.CacheImpl._locator_classes, getattr(config, 'CACHE_LOCATOR_CLASSES', '')
-    caching.CacheImpl._locator_classes, config.CACHE_LOCATOR_CLASSES = [Locator], ''
-    try:
-        yield
-    finally:
-        caching.CacheImpl._locator_classes, config.CACHE_LOCATOR_CLASSES = before
+    names = ', '.join(map(name, arguments))
+    code = f'def table(*args):\n ({names},) = args\n return pack({", ".join(values)})'
+    made: dict[str, Any] = {
+        'address': ctypes.c_size_t.from_address,
+        'pack': struct.Struct(f'<{"".join(formats)}').pack,
+    }
+    exec(code, made)
+    return made['table']

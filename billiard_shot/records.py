@@ -58,6 +58,28 @@ def record(cls: type[R]) -> type[R]:
     return slotted
 
 
+def layout_of(kind: type) -> dict[str, Any]:
+    """Describe the bytes of a record: its size, and name, offset, kind and shape of each field."""
+    dtype: np.dtype[np.void] = kind.dtype  # type: ignore[attr-defined]
+    fields = []
+    for name in dtype.names or ():
+        field, offset = dtype.fields[name][:2]  # type: ignore[index]
+        fields.append(
+            {
+                'name': name,
+                'offset': offset,
+                'kind': kind_of(field.base),
+                'shape': list(field.shape),
+            }
+        )
+    return {'size': dtype.itemsize, 'fields': fields}
+
+
+def kind_of(dtype: np.dtype[Any]) -> str:
+    """Name the kind of a number: f8, i8 or b1."""
+    return f'{dtype.kind}{dtype.itemsize}'
+
+
 class Storage(Protocol):
     """Storage of records and arrays: in objects and lists, or in arrays."""
 

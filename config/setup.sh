@@ -84,7 +84,7 @@ core() {
     # An isolated build would use the newest setuptools instead of the pinned one. Older ones than
     # this cannot build wheels.
     logged install "$venv" "$lock" 'setuptools>=70.1'
-    logged install "$venv" "$lock" --no-build-isolation -e '.[fast]'
+    logged install "$venv" "$lock" --no-build-isolation -e '.[build]'
 }
 
 packages() {

@@ -3,17 +3,18 @@
 import os
 import sys
 from typing import Any
+import warnings
 
 from hypothesis import settings
+import numpy as np
 import pytest
 from recorded_launch import launch_file  # noqa: F401 (a fixture)
 
 from billiard_shot import machine_code
 from billiard_shot.compiled import Compiled
+from billiard_shot.compiler.build import provide
 
 NIGHTLY = 'NIGHTLY' in os.environ
-if 'WITHOUT_NUMBA' in os.environ:
-    sys.modules['numba'] = None  # as where it is not installed
 # No deadline: whether a machine is busy says nothing about the code. The same examples in every
 # run; `make nightly` tries others, and more of them.
 settings.register_profile(
@@ -23,24 +24,41 @@ settings.load_profile('patient')
 
 
 def pytest_sessionstart() -> None:
-    """Run machine code in the tests where there can be any, and check the types of arguments."""
-    if machine_code.require():
-        Compiled.__call__ = _checked_call
-
-
-_known: set[tuple[Any, ...]] = set()  # functions and kinds of their arguments
+    """Run the library in the tests; if it is of other sources, build it. Check all calls."""
+    if not machine_code.is_interpreting() and 'BILLIARD_SHOT_LIBRARY' not in os.environ:
+        try:
+            provide()
+        except ModuleNotFoundError as error:
+            warnings.warn(f'no library is built: {error.name} is not installed', stacklevel=1)
+    Compiled.__call__ = _checked_call
 
 
 def _checked_call(entry: Compiled, *args: Any) -> Any:
-    """Call an entry whose arguments have its types; nobody else checks this."""
-    from numba import typeof  # which takes milliseconds
-    from numba._dispatcher import compute_fingerprint
+    """Call an entry whose arguments are what its description states; nobody else checks this."""
+    for argument, value in zip(entry.arguments, args, strict=True):
+        check(argument, value)
+    return entry.function(entry.table(*args))
 
-    kinds = entry.function, *map(compute_fingerprint, args)
-    if kinds not in _known:
-        assert tuple(map(typeof, args)) == entry.signature
-        _known.add(kinds)
-    return entry.run(*args)
+
+NUMBERS = {'f8': float, 'i8': (int, np.int64), 'b1': (bool, np.bool_)}
+
+
+def check(argument: dict[str, Any], value: Any) -> None:
+    """Check that a value is what the description of an argument states."""
+    name, kind = argument['name'], argument['kind']
+    if kind == 'tuple':
+        for field, each in zip(argument['fields'], value, strict=True):
+            check(field, each)
+    elif kind == 'array':
+        of, _, record = argument['of'].partition(':')
+        dtype = getattr(sys.modules[of], record).dtype if record else np.dtype(of)
+        assert isinstance(value, np.ndarray), name
+        assert (value.ndim, value.dtype) == (argument['dimensions'], dtype), name
+        assert value.flags.c_contiguous, name
+        assert value.flags.behaved, f'{name} cannot be written'
+    else:
+        assert isinstance(value, NUMBERS[kind]), name
+        assert isinstance(value, bool | np.bool_) == (kind == 'b1'), name
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -141,7 +141,7 @@ def test_a_node_runs_from_the_workspace(workspace, environment):
         ['bash', '-c', 'exec install/billiard_shot/lib/billiard_shot/predictor'],
         'ready: service /predict_shot',
         cwd=workspace,
-        env=sourced(environment) | {'NUMBA_DISABLE_JIT': '1'},
+        env=sourced(environment) | {'BILLIARD_SHOT_INTERPRET': '1'},
     )
 
 
@@ -152,7 +152,7 @@ def test_colcon_test_finds_the_tests(workspace, environment):
     """A few of them: how they go is what all other files here say."""
     run(
         workspace,
-        environment | {'NUMBA_DISABLE_JIT': '1'},
+        environment | {'BILLIARD_SHOT_INTERPRET': '1'},
         COLCON,
         'test',
         '--packages-select',

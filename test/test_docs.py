@@ -157,7 +157,7 @@ for e in (0.2, 0.9):
         ball, other = result.velocities[:, 2]
         print((ball - other) / 3 - e, result.dissipated.sum() - 3 * (1 - e * e))
 """,
-        NUMBA_DISABLE_JIT='1',
+        BILLIARD_SHOT_INTERPRET='1',
     )
     numbers = [float(word) for word in said.split()]
     assert len(numbers) == 8
@@ -178,7 +178,7 @@ before, after = path.at(path.rows['time'][1]), path.at(path.rows['time'][2])
 print(after.velocity[0] / before.velocity[0], after.velocity[1] / before.velocity[1])
 print(*(after.spin - before.spin))
 """,
-        NUMBA_DISABLE_JIT='1',
+        BILLIARD_SHOT_INTERPRET='1',
     )
     numbers = [float(word) for word in said.split()]
     assert numbers == pytest.approx([-0.9, 1.0, 0.0, 0.0, 0.0], abs=1e-9)

@@ -1,10 +1,9 @@
-"""`billiard-shot compile`: compile the library in advance."""
+"""`billiard-shot compile`: build the library of machine code for the sources of this package."""
 
 import argparse
 import sys
 
-from billiard_shot import machine_code
-from billiard_shot.cli.progress import wait_for_machine_code
+from billiard_shot.compiler.build import provide
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -13,16 +12,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Compile, and print the folder of the machine code."""
+    """Build, and print the folder of the library."""
     del options
-    if not machine_code.available():
-        text = 'nothing is compiled, because numba is missing, or turned off by NUMBA_DISABLE_JIT'
-        print(f'billiard-shot: {text}', file=sys.stderr)
+    try:
+        folder = provide()
+    except ModuleNotFoundError as error:
+        print(
+            f'billiard-shot: nothing is compiled, because {error.name} is not installed: '
+            "pip install 'billiard_shot[build]'",
+            file=sys.stderr,
+        )
         return 1
-    if machine_code.is_complete():
-        print(f'already compiled, in {machine_code.folder()}')
-        return 0
-    if not wait_for_machine_code():
+    except (OSError, RuntimeError, ValueError) as error:
+        print(f'billiard-shot: nothing is compiled: {error}', file=sys.stderr)
         return 1
-    print(f'compiled, in {machine_code.folder()}')
+    print(f'compiled, in {folder}')
     return 0

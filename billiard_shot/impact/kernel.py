@@ -108,6 +108,3 @@ def solve_collisions(given: Collisions, scratch: Scratch, results: Results) -> N
         outcome = results.outcomes[i]
         outcome.status, outcome.phases, outcome.steps = p.status, p.phases, p.steps
         outcome.duration = units.time * p.time
-
-
-call_solver = solve_collisions.caller()

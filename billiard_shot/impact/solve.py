@@ -12,7 +12,6 @@ from billiard_shot.impact.beginning import Collisions, ContactProperties, UNLIMI
 from billiard_shot.impact.kernel import new_scratch, Scratch, solve_collisions
 from billiard_shot.impact.outcome import CollisionOutcome, ContactResult, Results
 from billiard_shot.impact.state import BodyState, PhaseLog
-import billiard_shot.machine_code  # noqa: F401  it listens to entries that are interpreted
 from billiard_shot.records import as_rows, Floats, ROWS, Storage, Vector
 
 

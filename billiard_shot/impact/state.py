@@ -225,7 +225,7 @@ class Workspace(NamedTuple):
     monomial: Any  # (IMPLICIT_STAGES, IMPLICIT_STAGES) from values at the nodes to coefficients
     history: Any  # (HISTORY, SECTION N) of geometric_tail.py
     hashes: Any  # (HISTORY,)
-    bodies: Any  # 2 N + 2 BodyState, of moving_bodies.py
+    bodies: list[BodyState]  # 2 N + 2, of moving_bodies.py
     motion: Any  # (2 N + 2, 9, MAX_COEFFICIENTS) one matrix per body
 
 

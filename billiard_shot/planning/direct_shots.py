@@ -30,10 +30,10 @@ from billiard_shot.planning.pot_directions import (
 )
 from billiard_shot.records import Floats, record, Storage
 from billiard_shot.scene.player import AZIMUTH
-from billiard_shot.shot.clearance import BUTT
 from billiard_shot.shot.ghost_ball import cut_of_path, grazing, path_of_line
 from billiard_shot.shot.raising import clear_elevation, example_raising, Raising
 from billiard_shot.table.ball_collision import friction_of_balls
+from billiard_shot.table.clearance import BUTT
 from billiard_shot.table.cloth import rolling_after, rolling_share, speed_to_arrive
 from billiard_shot.table.geometry import PackedTable, POCKETS
 from billiard_shot.table.params import BallClothParams

@@ -13,12 +13,12 @@ from billiard_shot.planning.problem import Problem
 from billiard_shot.planning.score import Goal, Kind, Runs, score_tables, Sought
 from billiard_shot.records import Array
 from billiard_shot.scene.values import as_floats
-from billiard_shot.shot.mapped_strike import ALL_SOLVED, Mapped
 from billiard_shot.shot.play import play_by
 from billiard_shot.shot.stroke import vectors_of
 from billiard_shot.status import Status
-from billiard_shot.table.event_loop import BallOutcome, TableOutcome
+from billiard_shot.table.mapped_strike import ALL_SOLVED, Mapped
 from billiard_shot.table.motion import SegmentRecord
+from billiard_shot.table.play_tables import BallOutcome, TableOutcome
 from billiard_shot.table.simulation_state import BallRule
 from billiard_shot.table.table_batch import batch_of, TableBatch
 from billiard_shot.table.task import BatchRecording, run_recorded

@@ -64,9 +64,7 @@ class Runner:
     ) -> None:
         self.budget, self.simulations, self.best = budget, 0, 0.0
         self.reserved = round(FINAL_RESERVE * budget)
-        self._maps = Maps(
-            problem.model, bounds_of(problem.sigmas), float(problem.setting.reaching[0])
-        )
+        self._maps = Maps(problem.model, bounds_of(problem.sigmas), problem.setting.reaching)
         self._executor = executor
         self._problem, self._work = problem, partial(evaluate_strokes, problem, value=value)
         self.value = value

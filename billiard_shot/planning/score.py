@@ -12,7 +12,6 @@ from typing import Any, NamedTuple
 
 from billiard_shot.compiled import entry, inner
 from billiard_shot.records import Floats, record, Storage
-from billiard_shot.table.event_loop import BallOutcome, TableOutcome
 from billiard_shot.table.geometry import POCKETS
 from billiard_shot.table.motion import (
     BALL,
@@ -23,6 +22,7 @@ from billiard_shot.table.motion import (
     RELEASE,
     SegmentRecord,
 )
+from billiard_shot.table.play_tables import BallOutcome, TableOutcome
 from billiard_shot.table.simulation_state import BallRule
 
 PENALTY_STEP = 1.0

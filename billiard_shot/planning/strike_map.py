@@ -26,7 +26,8 @@ from billiard_shot.planning.statistics import quasi_random
 from billiard_shot.planning.strikes import strike_alone
 from billiard_shot.records import Array
 from billiard_shot.scene.player import A, AZIMUTH, B, SPEED
-from billiard_shot.shot.mapped_strike import (
+from billiard_shot.shot.strike_model import StrikeModel
+from billiard_shot.table.mapped_strike import (
     ALL_SOLVED,
     EXPONENTS,
     Mapped,
@@ -35,7 +36,6 @@ from billiard_shot.shot.mapped_strike import (
     TERMS,
     VARIED,
 )
-from billiard_shot.shot.strike_model import StrikeModel
 
 # Of the largest cells: a and b (ball radii), elevation (rad); and of all cells: speed (m/s).
 SIZES = np.array([0.2, 0.1, 0.08, 6.0])

@@ -82,7 +82,7 @@ def play_within_noise(
     if len(strokes) > INTERPRETED_AT_MOST:
         machine_code.require()
     setting = setting_of(scene)
-    slower_than = math.inf if tables is not None else float(setting.reaching[0])
+    slower_than = math.inf if tables is not None else setting.reaching
     maps = Maps(setting.model, bounds_of(sigmas), slower_than)
 
     def fitted(cells: list[Cell]) -> Iterator[Fit]:

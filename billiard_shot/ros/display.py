@@ -16,7 +16,7 @@ from billiard_shot.planning.result import RankedStroke
 from billiard_shot.records import Array
 from billiard_shot.ros import markers
 from billiard_shot.ros.conversions import vectors
-from billiard_shot.shot.clearance import BUTT
+from billiard_shot.table.clearance import BUTT
 from billiard_shot.table.colours import ball_colour, GREY, MOTIONS
 
 LAST_SECOND = 2**31 - 1  # that fits into a stamp; later times of extreme shots are clipped to it

@@ -6,16 +6,16 @@ have been compressed anew and one that is just compressed anew lead to different
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
 from billiard_shot.impact.laws import ENERGETIC
 from billiard_shot.records import Array
-from billiard_shot.shot.accuracy import Accuracy, strike_tolerance
+from billiard_shot.shot.accuracy import Accuracy
 from billiard_shot.shot.on_table import task_of
 from billiard_shot.shot.setting import alone
 from billiard_shot.shot.strike_model import StrikeModel
-from billiard_shot.status import MISS
-from billiard_shot.table.task import run_tables
+from billiard_shot.status import INFINITE_SEQUENCE, MISS, OK, TOLERANCE_NOT_REACHED
+from billiard_shot.table.stroke_accuracy import FINER
+from billiard_shot.table.task import BatchRecording, run_tables
 
 # Tolerances of the strike, relative to the stiffness: near enough to be on a jump.
 NEAR_A_JUMP = 10.0
@@ -23,15 +23,11 @@ COARSEST_STRIKE = 1e-6  # tolerance of a strike
 SUSPECT = 1e4  # changes of the stiffness: margins of decisions that they may turn are smaller
 
 
-def discontinuities_of_law(
-    model: StrikeModel,
-    normals: Array,
-    velocities: Array,
-    cues: NDArray[np.void],
-    tolerance: float,
-) -> Array:
+def with_discontinuities(
+    played: BatchRecording, model: StrikeModel, normals: Array, velocities: Array, tolerance: float
+) -> BatchRecording:
     """
-    Find how far the resting places of strokes on endless cloth jump (n,) [m]; 0: not at all.
+    Find how far the resting places of strokes jump, on endless cloth, and note it in their ends.
 
     A strike that comes close to a decision is solved again with the tip a little stiffer and a
     little softer, by as much as its accuracy is. The changes of a continuous outcome cancel. If
@@ -39,35 +35,36 @@ def discontinuities_of_law(
 
     Parameters
     ----------
+    played : BatchRecording
+        Of n strokes. Those in which the ball reached others do not jump. Its errors and status are
+        changed.
     model : StrikeModel
     normals, velocities : (n, 3) float arrays
-    cues : (n,) array of CueRecord
-        After these strokes. Those in which the ball reached others do not count.
+        As of `Stroke`.
     tolerance : float
         Of the trajectories [m].
 
     """
-    found = np.zeros(len(cues))
     if model.law != ENERGETIC:  # the others have next to none
-        return found
-    near = cues['discontinuity_margin'] < SUSPECT * NEAR_A_JUMP * COARSEST_STRIKE
-    if not near.any():
-        return found
-    speeds = np.linalg.norm(velocities, axis=1)
+        return played
+    cues, ends, found = played.cues, played.tables, np.zeros(len(played.cues))
+    changes = NEAR_A_JUMP * np.minimum(cues['tolerance'], COARSEST_STRIKE)
+    near = cues['discontinuity_margin'] <= SUSPECT * changes
     near &= (cues['status'] < MISS) & (cues['phases'] > 1) & ~cues['others']
     for i in np.flatnonzero(near):
-        accuracy = min(strike_tolerance(model, float(speeds[i]), tolerance), COARSEST_STRIKE)
-        change = NEAR_A_JUMP * accuracy
-        if cues['discontinuity_margin'][i] > SUSPECT * change:
-            continue
-        tip, cloth = model.stiffness
-        ends = []
-        for factor in (1.0 - change, 1.0, 1.0 + change):
-            changed = model._replace(stiffness=(tip * factor, cloth), follow_through=0.0)
-            ends.append(_end(changed, normals[i : i + 1], velocities[i : i + 1], tolerance))
-        bend = float(np.linalg.norm(ends[0] - 2.0 * ends[1] + ends[2]))
-        found[i] = bend if bend > 2.0 * tolerance else 0.0
-    return found
+        finest = tolerance * (FINER if ends['jaws_met'][i] > 0 else 1.0)
+        (tip, cloth), places = model.stiffness, []
+        for change in (-changes[i], 0.0, changes[i]):
+            changed = model._replace(
+                stiffness=(float(tip * (1.0 + change)), cloth), follow_through=0.0
+            )
+            places.append(_end(changed, normals[i : i + 1], velocities[i : i + 1], finest))
+        bend = float(np.linalg.norm(places[0] - 2.0 * places[1] + places[2]))
+        found[i] = bend if bend > 2.0 * finest else 0.0
+    ends['error'] += found
+    well = np.isin(ends['status'], (OK, INFINITE_SEQUENCE)) & (ends['run_status'] == OK)
+    ends['status'][well & (found > 0.0)] = TOLERANCE_NOT_REACHED
+    return played._replace(discontinuity=found)
 
 
 def _end(model: StrikeModel, normal: Array, velocity: Array, tolerance: float) -> Array:

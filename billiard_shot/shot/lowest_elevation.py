@@ -11,13 +11,15 @@ from billiard_shot.scene import Noise, Scene, SceneLike
 from billiard_shot.scene.errors import refused
 from billiard_shot.scene.player import B, ELEVATION
 from billiard_shot.scene.values import as_float, as_floats
-from billiard_shot.shot.clearance import surroundings_of
-from billiard_shot.shot.cues import cues_of
-from billiard_shot.shot.effects import model_of
+from billiard_shot.shot.accuracy import USUAL_ACCURACY
+from billiard_shot.shot.on_table import task_of
 from billiard_shot.shot.raising import Raising, write_clear_elevations
 from billiard_shot.shot.setting import setting_of
 from billiard_shot.shot.stroke import playable_offsets, read_rows, vectors_of
 from billiard_shot.status import Status
+from billiard_shot.table.clearance import surroundings_of
+from billiard_shot.table.event_loop import PLACED
+from billiard_shot.table.task import run_tables
 
 STEEPEST = math.radians(89.75)  # elevation that is tried: a vertical cue has no azimuth
 MARGIN_SIGMAS = 3.0  # standard deviations of a player's errors for which the cue has clearance
@@ -54,11 +56,12 @@ def refusals_in(
         Centre of the cue ball [m]; by default where the scene has it.
 
     """
-    setting = setting_of(scene)
-    starts = setting.starts.copy()
+    task = task_of(setting_of(scene), normals, velocities, None, USUAL_ACCURACY)
     if position is not None:
+        starts = task.starts.copy()
         starts['position'][:, 0] = position
-    status: NDArray[np.int64] = cues_of(setting, normals, velocities, starts)['status']
+        task = task._replace(starts=starts)
+    status: NDArray[np.int64] = run_tables(task._replace(until=PLACED)).cues['status']
     return status
 
 
@@ -141,7 +144,6 @@ def raising_of(
 ) -> Raising:
     """State how cues in a scene are raised; see `Raising`."""
     return Raising(
-        model_of(scene),
         surroundings_of(scene).stored(storage),
         storage.array(np.array(scene.cue_ball) if position is None else position),
         highest,

@@ -6,10 +6,10 @@ import numpy as np
 
 from billiard_shot.numerics import rounding
 from billiard_shot.scene import Scene
-from billiard_shot.shot import clearance
 from billiard_shot.shot.lowest_elevation import lowest_elevation
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.status import Status
+from billiard_shot.table import clearance
 from billiard_shot.table.run import NOSE_NAMES
 from billiard_shot.table.trajectory import Trajectory
 

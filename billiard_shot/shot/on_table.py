@@ -1,6 +1,4 @@
-"""Strokes on the table: where all balls and the cues are as their runs begin."""
-
-import math
+"""Strokes on the table: where all balls are as the cue strikes."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,11 +6,11 @@ from numpy.typing import NDArray
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import no_place
-from billiard_shot.shot.accuracy import Accuracy, HOPS, HOPS_BEFORE_CUSHIONS
-from billiard_shot.shot.cues import cues_of
-from billiard_shot.shot.mapped_strike import ALL_SOLVED, Mapped
+from billiard_shot.shot.accuracy import Accuracy
 from billiard_shot.shot.setting import alone, Setting
 from billiard_shot.shot.strike_model import StrikeModel
+from billiard_shot.table.cue_placement import Strokes
+from billiard_shot.table.mapped_strike import ALL_SOLVED, Mapped
 from billiard_shot.table.table_states import TableStates
 from billiard_shot.table.task import run_tables, TableTask
 
@@ -50,27 +48,13 @@ def task_of(
         As of `TableTask`.
 
     """
-    model, tolerance = setting.model, accuracy.tolerance
-    given = None if tables is None else tables.starts()
-    cues = cues_of(setting, normals, velocities, given, mapped, tolerance)
-    starts = setting.starts if given is None else given
-    if len(starts) == 1:
-        starts = starts.repeat(len(normals), axis=0)
-    if len(mapped.middles):
-        known = (cues['hits'] > 0) & ~cues['strikes']
-        for name in ('velocity', 'spin'):
-            starts[name][known, 0] = cues[name][known]
-        if not model.on_cloth:  # a ball that would go down is put onto the cloth
-            height = starts['velocity'][:, 0, 2]
-            np.maximum(height, 0.0, out=height)
-    to_cushions = accuracy.checked and not math.isinf(setting.table.length)
     return TableTask(
-        model.surface,
+        setting.model.surface,
         setting.table,
-        starts,
-        (HOPS_BEFORE_CUSHIONS if to_cushions else HOPS) * tolerance,
+        setting.starts if tables is None else tables.starts(),
+        accuracy.tolerance,
         cue=setting.cue,
-        cues=cues,
+        strokes=Strokes(normals, velocities, setting.around, mapped, accuracy.checked),
         rules=rules,
         fast_rebounds=accuracy.fast_rebounds,
     )

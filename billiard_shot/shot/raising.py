@@ -6,11 +6,10 @@ from typing import Any, NamedTuple
 from billiard_shot.compiled import entry, inner
 from billiard_shot.records import Floats, Storage
 from billiard_shot.scene.player import A, AZIMUTH, B
-from billiard_shot.shot.clearance import least_turn, NOTHING_AROUND, Surroundings
-from billiard_shot.shot.cues import EXAMPLE_MODEL, refusal
-from billiard_shot.shot.strike_model import StrikeModel
 from billiard_shot.shot.stroke import axes
 from billiard_shot.status import CUE_THROUGH_BALL, CUE_THROUGH_CLOTH, CUE_THROUGH_CUSHION
+from billiard_shot.table.clearance import least_turn, nothing_around, Surroundings
+from billiard_shot.table.cue_placement import refusal
 
 ELEVATION_STEP = radians(0.05)  # by which the result may exceed the lowest elevation
 
@@ -18,7 +17,6 @@ ELEVATION_STEP = radians(0.05)  # by which the result may exceed the lowest elev
 class Raising(NamedTuple):
     """What cues have to clear, and the elevations that are tried."""
 
-    model: StrikeModel
     around: Surroundings
     place: Floats  # (3,) m, centre of the cue ball
     highest: float  # rad
@@ -50,7 +48,7 @@ def clear_elevation(raising: Raising, stroke: Floats, first: float) -> float:
     elevation = first
     while elevation <= raising.highest:
         write_vectors(stroke, max(elevation - raising.margin, 0.0), normal, axis)
-        status = refusal(raising.model, raising.around, normal, axis, raising.place)
+        status = refusal(raising.around, normal, axis, raising.place)
         if status in (CUE_THROUGH_BALL, CUE_THROUGH_CUSHION):
             elevation += least_turn(raising.around, normal, axis, raising.place)
         elif status != CUE_THROUGH_CLOTH:
@@ -61,8 +59,8 @@ def clear_elevation(raising: Raising, stroke: Floats, first: float) -> float:
 
 def example_raising(storage: Storage) -> Raising:
     """Make an example of how cues are raised."""
-    around = NOTHING_AROUND.stored(storage)
-    return Raising(EXAMPLE_MODEL, around, storage.zeros(3), 1.0, 0.0, storage.zeros(2, 3))
+    around = nothing_around(0.0, 1.0).stored(storage)
+    return Raising(around, storage.zeros(3), 1.0, 0.0, storage.zeros(2, 3))
 
 
 def _example(storage: Storage) -> tuple[Any, ...]:

@@ -2,25 +2,24 @@
 
 from collections.abc import Sequence
 from functools import lru_cache
-from math import inf
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.records import Array, Triple
+from billiard_shot.records import OBJECTS, Triple
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL
-from billiard_shot.shot.clearance import NOTHING_AROUND, Surroundings, surroundings_of
 from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.strike_model import cue_params, StrikeModel
-from billiard_shot.table.cue import CueParams, TIP_DURATION
+from billiard_shot.table.clearance import nothing_around, Surroundings, surroundings_of
+from billiard_shot.table.cue import CueParams
+from billiard_shot.table.cue_placement import reaching_speed
 from billiard_shot.table.effects import table_on
-from billiard_shot.table.initial_states import ball_starts
-from billiard_shot.table.params import GATE_OFF, TableParams
+from billiard_shot.table.geometry import lay_out, table_of
+from billiard_shot.table.initial_states import ball_starts, BallStart
+from billiard_shot.table.params import TableParams
 from billiard_shot.table.scene_params import ENDLESS
-
-FARTHEST = 2.0  # way of a ball while a tip touches it, in lengths that the cue alone would go
 
 
 class Setting(NamedTuple):
@@ -40,8 +39,8 @@ class Setting(NamedTuple):
         The balls; the cue ball first, others in the scene's order.
     starts : (1, balls) array of BallStart
         The balls at rest. Not to be changed.
-    reaching : (1,) float array
-        See `reaching_speeds`.
+    reaching : float
+        See `reaching_speed`.
 
     """
 
@@ -51,7 +50,7 @@ class Setting(NamedTuple):
     cue: CueParams
     names: tuple[str, ...]
     starts: NDArray[np.void]
-    reaching: Array
+    reaching: float
 
 
 @lru_cache(maxsize=64)
@@ -67,7 +66,8 @@ def setting_of(scene: Scene) -> Setting:
 def alone(model: StrikeModel) -> Setting:
     """Make the setting of a cue ball alone on endless cloth, at the origin."""
     places = [(0.0, 0.0, model.surface.radius)]
-    return _setting(model, ENDLESS, NOTHING_AROUND, (CUE_BALL,), places)
+    around = nothing_around(model.ferrule_radius, model.surface.radius)
+    return _setting(model, ENDLESS, around, (CUE_BALL,), places)
 
 
 def _setting(
@@ -79,33 +79,8 @@ def _setting(
 ) -> Setting:
     starts = ball_starts(1, len(names))
     starts['position'] = places
-    reaching = reaching_speeds(model, table, starts['position'])
-    return Setting(model, table, around, cue_params(model, table), names, starts, reaching)
-
-
-def reaching_speeds(model: StrikeModel, table: TableParams, places: Array) -> Array:
-    """
-    Find speeds of the cue from which on a ball may reach others, or noses, in a strike.
-
-    Parameters
-    ----------
-    model : StrikeModel
-    table : TableParams
-    places : (tables, balls, 3) float array
-        Centres of the balls, the struck one first [m]; NaN: the table does not have it.
-
-    Returns
-    -------
-    (tables,) float array
-        [m/s]; infinite if no others are near.
-
-    """
-    radius = model.surface.radius
-    x, y, z = places[:, 0].T
-    away = np.minimum(0.5 * table.length - np.abs(x), 0.5 * table.width - np.abs(y))
-    nearest = np.hypot(away, z - table.nose_height) - radius
-    if table.pair_gate != GATE_OFF:
-        others = np.linalg.norm(places[:, 1:] - places[:, :1], axis=2) - 2.0 * radius
-        nearest = np.fmin(nearest, np.fmin.reduce(others, axis=1, initial=inf))
-    near = nearest <= cue_params(model, table).neighbour_reach
-    return np.where(near, nearest / (FARTHEST * TIP_DURATION), inf)
+    cue = cue_params(model, table)
+    laid_out = table_of(lay_out(OBJECTS, model.surface, table, cue=cue))
+    balls = OBJECTS.from_rows(BallStart, starts[0])
+    reaching = reaching_speed(laid_out, balls, 0, len(balls))
+    return Setting(model, table, around, cue, names, starts, reaching)

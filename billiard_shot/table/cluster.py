@@ -7,13 +7,12 @@ strike with which a run begins see strike.py.
 """
 
 from math import inf, sqrt
-from typing import Any
 
 import numpy as np
 
 from billiard_shot.compiled import inner
 from billiard_shot.impact.beginning import Collisions, ContactProperties
-from billiard_shot.impact.kernel import call_solver, Scratch
+from billiard_shot.impact.kernel import Scratch, solve_collisions
 from billiard_shot.impact.outcome import CollisionOutcome, ContactResult, Results
 from billiard_shot.impact.solve import scratch
 from billiard_shot.impact.state import BodyState, PhaseLog
@@ -89,13 +88,13 @@ def impact_room(storage: Storage, balls: int, bodies: int, count: int) -> Impact
 
 
 @inner
-def solve(table: TableModel, impact: ClusterImpact, room: ImpactRoom, solver: Any) -> None:
-    """Solve an impact after `gather`; `solver`: the function `solve_collisions`."""
+def solve(table: TableModel, impact: ClusterImpact, room: ImpactRoom) -> None:
+    """Solve an impact after `gather`."""
     params, with_cue = table.params, impact.with_cue
     room.tolerance[0] = CUE_IMPACT_TOLERANCE if with_cue else BALL_IMPACT_TOLERANCE
     moves = table.cue.moves if with_cue else table.numbers.ball_duration > 0.0
     interval = table.cue.interval if with_cue else inf
-    solve_bodies(params, impact, room, moves, interval, solver, logs=False)
+    solve_bodies(params, impact, room, moves, interval, logs=False)
 
 
 @inner
@@ -105,13 +104,11 @@ def solve_bodies(
     room: ImpactRoom,
     moves: bool,
     interval: float,
-    solver: Any,
     logs: bool,
 ) -> None:
     """Solve the impact of the bodies and contacts of a room, see `Collisions`."""
     work, unused, results = room.scratch, room.unused, room.results
-    call_solver(
-        solver,
+    solve_collisions(
         Collisions(
             room.properties[: impact.contacts],
             params.law,

@@ -119,7 +119,7 @@ def collide_compliant(
     r.tangential_stiffness = n.cushion_frequency_ratio**2 / (1.0 + r.turn)
     r.cloth_friction = min(params.sliding_friction, GRIP)
     r.bounce_restitution, r.bounce_friction = params.cloth_restitution, params.cloth_friction
-    error = min(COARSEST_STEP, STEP_SHARE * n.tolerance)
+    error = min(COARSEST_STEP, STEP_SHARE * table.tolerance)
     if not r.held:
         error *= IN_THE_AIR
     solved = r.held and len(table.rebounds) > 0 and interpolate_rebound(table.rebounds, r)

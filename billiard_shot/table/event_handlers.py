@@ -103,7 +103,7 @@ def go_on(table: TableModel, s: Simulation, ball: BallRecord, cause: int) -> Non
     params, n, up = table.params, table.numbers, 0.0
     if cause != OWN and (cause != START or ball.velocity[2] < 0.0):
         up = apply_cloth_response(params, ball, n.hop_tolerance)
-    error = start_segment(params, ball, n.tolerance)
+    error = start_segment(params, ball, table.tolerance)
     predict_boundary_event(table, s, ball)
     share = 1.0 - params.cloth_restitution
     if up == 0.0:
@@ -114,7 +114,7 @@ def go_on(table: TableModel, s: Simulation, ball: BallRecord, cause: int) -> Non
         if up < 0.0:
             bounce(params, ball)
             ball.bounces = 0
-        error = start_segment(params, ball, HOP_AT_CUSHION * n.tolerance)
+        error = start_segment(params, ball, HOP_AT_CUSHION * table.tolerance)
         predict_boundary_event(table, s, ball)
     if ball.first_contact == NOTHING:
         ball.left_out += error

@@ -59,7 +59,6 @@ class TableNumbers:
     impact_stiffness: float  # N/m^exponent, of balls with that duration
     contact_gap: float
     pair_gate: int
-    tolerance: float  # for leaving out bounces of a ball that flies
     hop_tolerance: float  # for leaving out hops after impacts
 
 
@@ -104,6 +103,7 @@ class TableModel(NamedTuple):
     pockets: list[PocketGeometry]  # 6, or none
     rebounds: Floats  # see rebound_table.py; empty: all rebounds are solved
     cue: CueParams
+    tolerance: float = 1.0  # m, for leaving out bounces of a ball that flies
 
 
 class PackedTable(NamedTuple):
@@ -127,7 +127,6 @@ def lay_out(
     storage: Storage,
     params: BallClothParams,
     table: TableParams,
-    tolerance: float = 1.0,
     hop_tolerance: float = 1.0,
     fast_rebounds: bool = False,
     cue: CueParams = NO_CUE,
@@ -135,8 +134,8 @@ def lay_out(
     """
     Lay out a table; not to be changed.
 
-    `tolerance` and `hop_tolerance` [m] are for simulations, see `TableNumbers`; for
-    `fast_rebounds` see `TableTask`.
+    `hop_tolerance` [m] is for simulations, see `TableNumbers`; for `fast_rebounds` see
+    `TableTask`.
     """
     numbers: list[TableNumbers] = storage.records(TableNumbers, 1)
     n = numbers[0]
@@ -154,7 +153,7 @@ def lay_out(
         setattr(n, name, getattr(table, name))
     if table.ball_duration > 0.0:
         n.impact_stiffness = stiffness_of(params.mass, table.ball_duration, params.exponent)
-    n.tolerance, n.hop_tolerance = tolerance, hop_tolerance
+    n.hop_tolerance = hop_tolerance
     sine = (n.nose_height - params.radius) / params.radius
     rebounds = (
         room_for_rebounds(storage, params, table, sine) if fast_rebounds else storage.zeros(0)

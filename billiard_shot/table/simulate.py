@@ -96,7 +96,7 @@ def run_of(played: BatchRecording, names: tuple[str, ...], wall_time: float) -> 
     places[:, 0], places[:, 1] = balls['pocket'], balls['first_contact']
     return TableRun(
         names,
-        Status(int(end['status'][0])),
+        Status(int(end['run_status'][0])),
         float(end['duration'][0]),
         wall_time,
         int(end['searches'][0]),

@@ -13,7 +13,6 @@ In the record a strike takes no time: the run begins at its end.
 """
 
 from math import inf
-from typing import Any
 
 from billiard_shot.compiled import inner
 from billiard_shot.impact.state import BALL_BODY, PLANE
@@ -64,10 +63,9 @@ def strike(
     cues: list[CueRecord],
     number: int,
     room: ImpactRoom,
-    solver: Any,
 ) -> None:
     """
-    Let the cue of a table strike ball 0; `solver`: the function `solve_collisions`.
+    Let the cue of a table strike ball 0.
 
     If others are near, bodies move at first; if the ball does not reach them, or nothing is near,
     normals stay; and if tip or cloth meet the ball again, bodies move after all.
@@ -77,13 +75,13 @@ def strike(
     tolerance = CUE_IMPACT_TOLERANCE if near else min(cue.tolerance, CUE_IMPACT_TOLERANCE)
     impact, moving = STEADY, near or not q.steady
     if moving:
-        impact = solve_near(table, s, cues, number, room, tolerance, solver=solver)
+        impact = solve_near(table, s, cues, number, room, tolerance)
     if q.steady and not (moving and reaches_others(impact, room)):
         impact = STEADY
-        solve_steady(table, cue, room, solver)
+        solve_steady(table, cue, room)
         moving = q.follow_through > 0.0 and q.moves and repeats(room)
         if moving:
-            impact = solve_near(table, s, cues, number, room, tolerance, solver=solver)
+            impact = solve_near(table, s, cues, number, room, tolerance)
     cue.others = reaches_others(impact, room)
     end_strike(table, s, cue, impact, room, moving)
     cue.strikes = False
@@ -97,19 +95,18 @@ def solve_near(
     number: int,
     room: ImpactRoom,
     tolerance: float,
-    solver: Any,
 ) -> ClusterImpact:
     """Solve a strike as an impact of all bodies that are near."""
     q, params = table.cue, table.params
     meeting = Meeting(0.0, 0, THE_CUE, q.neighbour_reach)
     impact = gather(table, s, cues, number, meeting, room)
     room.tolerance[0] = tolerance
-    solve_bodies(params, impact, room, q.moves, q.interval, solver, logs=True)
+    solve_bodies(params, impact, room, q.moves, q.interval, logs=True)
     return impact
 
 
 @inner
-def solve_steady(table: TableModel, cue: CueRecord, room: ImpactRoom, solver: Any) -> None:
+def solve_steady(table: TableModel, cue: CueRecord, room: ImpactRoom) -> None:
     """Solve the impact `STEADY`."""
     q, params, n = table.cue, table.params, cue.normal
     ball, tip, cloth = room.bodies[0], room.bodies[1], room.bodies[2]
@@ -126,7 +123,7 @@ def solve_steady(table: TableModel, cue: CueRecord, room: ImpactRoom, solver: An
     for k in range(3):
         tip.position[k] = q.reach * n[k]
     room.members[0], room.tolerance[0] = 0, cue.tolerance
-    solve_bodies(params, STEADY, room, False, inf, solver, logs=True)
+    solve_bodies(params, STEADY, room, False, inf, logs=True)
 
 
 @inner

@@ -7,23 +7,18 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.impact.kernel import solve_collisions
 from billiard_shot.impact.state import PhaseLog
 from billiard_shot.records import as_rows, ROWS, Storage
 from billiard_shot.table.cluster import room_for
 from billiard_shot.table.cue import CueParams, CueRecord, NO_CUE
-from billiard_shot.table.event_loop import (
-    BallOutcome,
-    Beginnings,
-    simulate_tables,
-    TableOutcome,
-    Window,
-)
+from billiard_shot.table.cue_placement import NO_STROKES, Strokes
+from billiard_shot.table.event_loop import Window
 from billiard_shot.table.gather import ImpactRoom
 from billiard_shot.table.geometry import lay_out
 from billiard_shot.table.initial_states import BallStart
 from billiard_shot.table.motion import SegmentRecord
 from billiard_shot.table.params import BallClothParams, TableParams
+from billiard_shot.table.play_tables import BallOutcome, play_tables, TableOutcome, Tables
 from billiard_shot.table.run import EventLog
 from billiard_shot.table.simulation_state import (
     BallRule,
@@ -51,13 +46,16 @@ class TableTask(NamedTuple):
     ----------
     params, table : BallClothParams, TableParams
     starts : (tables, balls) array of BallStart
-    tolerance, hop_tolerance : float
+        With strokes, one table may stand for all.
+    tolerance : float
+        See `play_tables` [m].
+    hop_tolerance : float
         See `TableNumbers` [m].
     max_events : int
         A run that takes more ends with BUDGET_EXCEEDED.
     cue : CueParams
         Of the cues.
-    cues : (tables,) array of CueRecord, optional
+    strokes : Strokes, optional
         Without them, there are no cues.
     rules : (balls,) array of BallRule, optional
         With these, each run ends as soon as it is decided.
@@ -65,7 +63,7 @@ class TableTask(NamedTuple):
         Rebounds of lying balls are interpolated (rebound_table.py): a fiftieth of the cost, and an
         error of 0.5 % of the ball's speed in 95 % of rebounds. Interpreted code solves all.
     until : float
-        Time at which runs end if balls still move [s]. 0: only strikes are simulated.
+        Time at which runs end if balls still move [s], see `Window`.
     times : tuple of float
         Times at which the places of the balls are noted [s], ascending.
 
@@ -78,18 +76,20 @@ class TableTask(NamedTuple):
     hop_tolerance: float = DEFAULT_TOLERANCE
     max_events: int = DEFAULT_MAX_EVENTS
     cue: CueParams = NO_CUE
-    cues: NDArray[np.void] | None = None
+    strokes: Strokes | None = None
     rules: NDArray[np.void] | None = None
     fast_rebounds: bool = False
     until: float = math.inf
     times: tuple[float, ...] = ()
 
+    @property
+    def tables(self) -> int:
+        """Number of tables."""
+        return len(self.starts if self.strokes is None else self.strokes.normals)
+
     def part(self, part: slice) -> 'TableTask':
-        """Return some of the tables."""
-        return self._replace(
-            starts=self.starts[part],
-            cues=None if self.cues is None else self.cues[part],
-        )
+        """Return some of the tables, on which there are no strokes."""
+        return self._replace(starts=self.starts[part])
 
 
 class BatchRecording(NamedTuple):
@@ -112,11 +112,9 @@ class BatchRecording(NamedTuple):
         The strike on the last table with its N contacts, as far as there was room.
     losses : (N, 2) float array
         At these contacts, to restitution and to friction [J].
-    status : (tables,) int array
-        Status: of the table or, if a stroke is played on it, of both (shot/play.py).
-    error, discontinuity : (tables,) float arrays
-        Of a stroke that is played accurately: estimate of the error of the trajectory, and how far
-        its end jumps [m]; else 0.
+    discontinuity : (tables,) float array
+        How far the end of the trajectory after a stroke jumps [m], see shot/discontinuity.py;
+        else 0.
 
     """
 
@@ -128,13 +126,23 @@ class BatchRecording(NamedTuple):
     cues: NDArray[np.void]
     log: NDArray[np.void]
     losses: NDArray[np.float64]
-    status: NDArray[np.int64]
-    error: NDArray[np.float64]
     discontinuity: NDArray[np.float64]
+
+    @property
+    def status(self) -> NDArray[np.int64]:
+        """Status (tables,), see `TableOutcome`."""
+        status: NDArray[np.int64] = self.tables['status']
+        return status
+
+    @property
+    def error(self) -> NDArray[np.float64]:
+        """Estimated errors of trajectories after strokes (tables,) [m], see `TableOutcome`."""
+        error: NDArray[np.float64] = self.tables['error']
+        return error
 
 
 # Of a `BatchRecording`: those that have a row for each table.
-COLUMNS = 'balls', 'tables', 'places', 'cues', 'status', 'error', 'discontinuity'
+COLUMNS = 'balls', 'tables', 'places', 'cues', 'discontinuity'
 
 
 def run_with_events(task: TableTask) -> BatchRecording:
@@ -152,7 +160,7 @@ def run_with_events(task: TableTask) -> BatchRecording:
 
 def run_recorded(task: TableTask) -> BatchRecording:
     """Simulate tables in this thread, recording all motion."""
-    tables, balls = task.starts.shape
+    tables, balls = task.tables, task.starts.shape[1]
     capacity = _CAPACITY_IN_BATCH * tables * (2 + balls)
     while True:
         played = run_tables(task, capacity)
@@ -179,7 +187,7 @@ class _Thread(threading.local):
 
 
 _thread = _Thread()
-NO_CUES, NO_RULES = ROWS.records(CueRecord, 0), ROWS.records(BallRule, 0)
+NO_RULES = ROWS.records(BallRule, 0)
 NO_LOG, NO_LOSSES = ROWS.records(PhaseLog, 0).reshape(0, 2), np.zeros((2, 2))
 
 
@@ -192,20 +200,12 @@ def run_tables(
     Motion is recorded as far as there is room for segments of all tables, and for events of the
     last one, and for phases of its strike, times contacts.
     """
-    run = simulate_tables.current()
+    run = play_tables.current()
     storage = run.storage
-    tables, count = task.starts.shape
-    cues = task.cues
+    tables, count, with_cue = task.tables, task.starts.shape[1], task.strokes is not None
     layout = lay_out(
-        storage,
-        task.params,
-        task.table,
-        task.tolerance,
-        task.hop_tolerance,
-        task.fast_rebounds,
-        cue=task.cue,
+        storage, task.params, task.table, task.hop_tolerance, task.fast_rebounds, cue=task.cue
     )
-    with_cue = cues is not None
     simulation, room = kept = _thread.rooms(storage, count, with_cue)
     simulation = simulation._replace(
         segments=storage.unset(SegmentRecord, segments),
@@ -218,26 +218,25 @@ def run_tables(
     if phases:
         log = storage.unset(PhaseLog, phases)
         room = room._replace(results=room.results._replace(log=log))
-    changed = NO_CUES if cues is None else cues.copy()  # a strike writes into its cue
-    beginnings = Beginnings(
+    played = Tables(
         storage.from_rows(BallStart, task.starts.reshape(-1)),
-        storage.from_rows(CueRecord, changed),
+        storage.records(CueRecord, tables if with_cue else 0),
+        storage.records(BallOutcome, tables * count),
+        storage.records(TableOutcome, tables),
     )
-    balls = storage.records(BallOutcome, tables * count)
-    ends = storage.records(TableOutcome, tables)
+    strokes = (task.strokes or NO_STROKES).stored(storage, count)
     places = storage.zeros(tables, count, len(task.times), 3)
-    window = Window(task.until, storage.array(np.array(task.times, float)), places)
-    solver = solve_collisions.as_argument(storage)
-    run(layout, simulation, beginnings, task.max_events, room, balls, ends, solver, window)
+    times = storage.array(np.array(task.times, float))
+    window = Window(task.until, task.max_events, times, places)
+    run(layout, played, strokes, task.tolerance, window, simulation, room)
     progress = as_rows(RunProgress, simulation.progress)[0]  # by names: attributes take 2 us each
     logged, taken = int(progress['events']), int(progress['participants'])
-    cues = as_rows(CueRecord, beginnings.cues)
+    cues = as_rows(CueRecord, played.cues)
     log, losses = strike_details(cues, room) if phases and len(cues) else (NO_LOG, NO_LOSSES)
     _thread.kept[storage, count, with_cue] = kept  # not after an exception
-    outcomes = as_rows(TableOutcome, ends)
     return BatchRecording(
-        as_rows(BallOutcome, balls).reshape(tables, count),
-        outcomes,
+        as_rows(BallOutcome, played.balls).reshape(tables, count),
+        as_rows(TableOutcome, played.ends),
         as_rows(SegmentRecord, simulation.segments[: int(progress['segments'])]),
         EventLog(
             as_rows(EventRecord, simulation.events[:logged]),
@@ -247,8 +246,6 @@ def run_tables(
         cues,
         log,
         losses,
-        outcomes['status'],
-        error=np.zeros(tables),
         discontinuity=np.zeros(tables),
     )
 

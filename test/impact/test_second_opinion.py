@@ -138,7 +138,7 @@ def test_same_numbers_without_the_compiler():
     root = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
     answers = []
     for off in ('0', '1'):
-        environment = {**os.environ, 'NUMBA_DISABLE_JIT': off, 'PYTHONPATH': root}
+        environment = {**os.environ, 'BILLIARD_SHOT_INTERPRET': off, 'PYTHONPATH': root}
         done = subprocess.run(
             [sys.executable, '-c', program], cwd=root, env=environment, text=True,
             capture_output=True, check=True, timeout=300,

@@ -18,14 +18,15 @@ from billiard_shot.planning.strike_map import (
 )
 from billiard_shot.planning.targets import target_of
 from billiard_shot.scene import Noise
-from billiard_shot.shot.cues import cues_of
 from billiard_shot.shot.effects import model_of
-from billiard_shot.shot.mapped_strike import SOLVED
-from billiard_shot.shot.on_table import strike
+from billiard_shot.shot.on_table import strike, task_of
 from billiard_shot.shot.play import play
-from billiard_shot.shot.setting import alone, FARTHEST
+from billiard_shot.shot.setting import alone
 from billiard_shot.shot.stroke import vectors_of
 from billiard_shot.table.cue import TIP_DURATION
+from billiard_shot.table.cue_placement import FARTHEST
+from billiard_shot.table.mapped_strike import SOLVED
+from billiard_shot.table.task import run_tables
 
 SCENE = Scene.load('blocked')
 NOISE = NOISES['tournament']
@@ -69,9 +70,10 @@ def test_maps_agree_with_exact_strikes(centre, share):
     there = found.number != SOLVED
     assert there.mean() > 0.9
     exact = strike(model, *vectors_of(strokes), 1e-4)
-    cues = cues_of(alone(model), *vectors_of(strokes), mapped=found)
+    task = task_of(alone(model), *vectors_of(strokes), None, TRIALS, mapped=found)
+    cues = run_tables(task._replace(until=0.0)).cues
     assert (cues['status'] == exact['status']).all()
-    assert (cues['strikes'] == ~there).all()
+    assert ((cues['steps'] == 0) == there).all()
     limits = share / DEVIATION_SHARE * bounds_of(problem().sigmas)
     for name, scale, limit in (('velocity', 1.0, limits[:3]), ('spin', radius, limits[3:6])):
         error = scale * (cues[name] - exact[name])[there] / strokes[there, 4:]
@@ -120,7 +122,7 @@ def test_strokes_among_near_balls_are_mapped_if_they_reach_none():
     scene = Scene.from_dict({'like': 'pool_table', 'balls': balls})
     limits = limits_of(scene, None, NOISE)
     near = problem_of(scene, target_of(scene, {'hit': '8'}), limits, NOISE)
-    limit = float(near.setting.reaching[0])
+    limit = near.setting.reaching
     assert limit == pytest.approx(gap / (FARTHEST * TIP_DURATION))
     strokes = cloud((0.0, 0.0, 0.1, 0.0, limit), 400)
     found = mapped(scene, strokes, near.sigmas, slower_than=limit)

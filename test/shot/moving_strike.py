@@ -1,8 +1,10 @@
 """Strikes of the library as impacts of moving bodies, whatever takes part."""
 
-from billiard_shot.records import ROWS
-from billiard_shot.shot.strike_model import cue_params, tip_reach
-from billiard_shot.table.cue import CueRecord
+import numpy as np
+
+from billiard_shot.shot.strike_model import cue_params
+from billiard_shot.table.clearance import nothing_around
+from billiard_shot.table.cue_placement import Strokes
 from billiard_shot.table.initial_states import ball_starts
 from billiard_shot.table.scene_params import ENDLESS
 from billiard_shot.table.task import run_tables, TableTask
@@ -15,12 +17,11 @@ def strike(model, places, axes, normals, speeds, table=ENDLESS):
     Parameters are unit vectors (n, 3) of cues and where they touch, and speeds (n,). A ball that
     comes back to the cloth in the strike does not leave it again.
     """
-    cues = ROWS.records(CueRecord, len(axes))
-    cues['axis'], cues['speed'], cues['tolerance'] = axes, speeds, 1e-9
-    cues['strikes'] = cues['others'] = True
-    cues['tip'] = places[0] + tip_reach(model) * normals
-    starts = ball_starts(len(axes), len(places))
+    strokes = Strokes(normals, axes * speeds[:, np.newaxis], nothing_around(0.0, 1.0))
+    starts = ball_starts(1, len(places))
     starts['position'] = places
     params = cue_params(model, table)._replace(steady=False)
     surface = model.surface._replace(cloth_restitution=-1.0)  # a bounce has no impulse
-    return run_tables(TableTask(surface, table, starts, 1.0, cue=params, cues=cues, until=0.0))
+    return run_tables(
+        TableTask(surface, table, starts, 1.0, cue=params, strokes=strokes, until=0.0)
+    )

@@ -6,8 +6,11 @@ import numpy as np
 import pytest
 
 from billiard_shot import predict, Scene, Status, Stroke, TableStates
-from billiard_shot.shot.play import play
+from billiard_shot.shot.accuracy import USUAL_ACCURACY
+from billiard_shot.shot.play import play, play_by
+from billiard_shot.shot.setting import setting_of
 from billiard_shot.shot.stroke import vectors_of
+from billiard_shot.table.task import run_recorded
 
 TABLE = Scene.load('pool_table')
 NAMES = 'cue', '1', '2'
@@ -63,6 +66,18 @@ def test_a_table_without_a_cue_ball_is_missed():
     batch = play(TABLE, *vectors_of(strokes), tables)
     assert batch.status[2] == Status.MISS
     assert (batch.final_position[2, 1] == tables.position[2, 1]).all()
+
+
+def test_the_record_of_a_stroke_that_is_played_again_is_that_of_the_second_time():
+    strokes = np.tile((0.0, 0.0, 0.15, 0.0, 3.0), (40, 1))
+    strokes[:, 3] = np.random.default_rng(5).uniform(-np.pi, np.pi, len(strokes))
+    played = play_by(run_recorded, setting_of(TABLE), *vectors_of(strokes), None, USUAL_ACCURACY)
+    assert (played.tables['jaws_met'] > 0).sum() >= 5
+    motions = np.split(played.segments, played.tables['segments'][:-1])
+    for motion, cue, balls in zip(motions, played.cues, played.balls, strict=True):
+        of_cue_ball = motion[motion['ball'] == 0]
+        assert (of_cue_ball['velocity'][0] == cue['velocity']).all()
+        assert (of_cue_ball['position'][-1] == balls['position'][0]).all()
 
 
 def test_the_cue_ball_must_come_first():

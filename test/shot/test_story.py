@@ -9,7 +9,8 @@ import pytest
 
 from billiard_shot import predict, predict_batch, Scene, simulate, Status, Stroke
 from billiard_shot.shot import story
-from billiard_shot.shot.accuracy import DEFAULT_SHOT_TOLERANCE, HOPS, HOPS_BEFORE_CUSHIONS
+from billiard_shot.shot.accuracy import DEFAULT_SHOT_TOLERANCE
+from billiard_shot.table.stroke_accuracy import HOPS, HOPS_BEFORE_CUSHIONS
 from billiard_shot.table.trajectory import BallState, EventKind
 
 POOL = Scene.load('pool_table')

@@ -17,7 +17,7 @@ print(json.dumps([shot.velocity.tolist(), shot.spin.tolist(), rest.tolist()]))
 
 
 def test_plain_python_gives_the_same():
-    environment = {**os.environ, 'NUMBA_DISABLE_JIT': '1'}
+    environment = {**os.environ, 'BILLIARD_SHOT_INTERPRET': '1'}
     done = subprocess.run(
         [sys.executable, '-W', 'error', '-c', CODE],
         env=environment,

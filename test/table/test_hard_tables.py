@@ -7,8 +7,7 @@ import pytest
 from tables import ENDLESS, play, POOL, R, rolling, scene_with, state, state_after
 from test_clusters import SMOOTH
 
-from billiard_shot import predict, predict_batch, Scene, Stroke
-from billiard_shot.compiled import Entry
+from billiard_shot import machine_code, predict, predict_batch, Scene, Stroke
 from billiard_shot.status import Status
 from billiard_shot.table import event_loop
 from billiard_shot.table.motion import Motion
@@ -196,11 +195,11 @@ def test_a_table_ends_where_a_cluster_is_not_solved(monkeypatch, status):
     """With the status of the collision, in its row only. Interpreted code can be changed."""
     solve = event_loop.solve
 
-    def unsolved(table, impact, room, solver):
-        solve(table, impact, room, solver)
+    def unsolved(table, impact, room):
+        solve(table, impact, room)
         room.results.outcomes[0].status = status
 
-    monkeypatch.setattr(Entry, 'machine_code', {})
+    monkeypatch.setattr(machine_code, 'is_loaded', lambda: False)
     frozen = {'cue': rolling(-0.3, 0, 2, 0), '1': state(0, 0), '2': state(2 * R, 0)}
     free = {**frozen, '2': state(0.5, 0)}
     expected = play(ENDLESS, **free)

@@ -14,7 +14,7 @@ from billiard_shot.table.initial_states import ball_starts
 from billiard_shot.table.simulate import run_many, run_one
 from billiard_shot.table.task import TableTask
 
-pytestmark = pytest.mark.skipif(not machine_code.available(), reason='needs machine code')
+pytestmark = pytest.mark.skipif(not machine_code.is_loaded(), reason='needs machine code')
 
 
 def starts_at_nose(kind, count, seed=3):

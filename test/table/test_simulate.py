@@ -11,7 +11,6 @@ import pytest
 from tables import ENDLESS, play, POOL, R, random_states, rolling, state
 
 from billiard_shot import machine_code
-from billiard_shot.compiled import Entry
 from billiard_shot.scene import Scene
 from billiard_shot.status import Status
 from billiard_shot.table.motion import Cause, Motion
@@ -266,7 +265,7 @@ def test_without_the_jit():
     )
     results = []
     for disabled in ('0', '1'):
-        environment = os.environ | {'NUMBA_DISABLE_JIT': disabled}
+        environment = os.environ | {'BILLIARD_SHOT_INTERPRET': disabled}
         out = subprocess.run(
             [sys.executable, '-c', code],
             env=environment,
@@ -282,9 +281,8 @@ def test_without_the_jit():
 def test_an_impact_of_several_balls_is_the_same_interpreted(monkeypatch):
     scene = Scene.load('nine_ball')
     states = break_of(scene, 8.0)
-    assert machine_code.require() or not machine_code.available()
     compiled = simulate(scene, states)
-    monkeypatch.setattr(Entry, 'machine_code', {})
+    monkeypatch.setattr(machine_code, 'is_loaded', lambda: False)
     interpreted = simulate(scene, states)
     impact = compiled.events[0]
     assert impact.kind == EventKind.CLUSTER

@@ -36,22 +36,25 @@ class Surroundings(NamedTuple):
         return self._replace(balls=storage.array(self.balls))
 
 
-NOTHING_AROUND = Surroundings(0.0, 0.0, 0.0, inf, inf, 0.0, balls=np.zeros((0, 2)))
+def nothing_around(ferrule_radius: float, ball_radius: float) -> Surroundings:
+    """Collect only what a cue and its ball [m] are, with nothing in the way."""
+    return Surroundings(0.0, ferrule_radius, ball_radius, inf, inf, 0.0, balls=np.zeros((0, 2)))
 
 
 def surroundings_of(scene: Scene) -> Surroundings:
     """Collect what may be in the way of the cue."""
+    ferrule_radius, ball_radius = float(scene.cue.ferrule_radius), float(scene.ball.radius)
     if scene.cue.length == 0.0:
-        return NOTHING_AROUND
+        return nothing_around(ferrule_radius, ball_radius)
     table = scene.table
     half_length, half_width, nose_height = inf, inf, 0.0
     if table is not None:
         half_length, half_width = 0.5 * float(table.length), 0.5 * float(table.width)
-        nose_height = 2.0 * scene.ball.radius * table.cushion.height
+        nose_height = 2.0 * ball_radius * table.cushion.height
     return Surroundings(
         float(scene.cue.length),
-        float(scene.cue.ferrule_radius),
-        float(scene.ball.radius),
+        ferrule_radius,
+        ball_radius,
         half_length,
         half_width,
         nose_height,

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.compiled import inner
-from billiard_shot.records import Array, Floats, Storage
+from billiard_shot.records import Array, Floats, Storage, Vector
 from billiard_shot.scene.player import A, B, ELEVATION, SPEED
 
 MOTION = 7  # numbers of a motion: velocity [m/s] and spin [rad/s]; speed of the cue [m/s]
@@ -62,9 +62,6 @@ class Mapped(NamedTuple):
 
 
 SOLVED = -1
-MIRROR = 1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0  # of a motion, if a changes sign
-
-
 _NONE = np.zeros((0, len(VARIED)))
 ALL_SOLVED = Mapped(
     np.zeros((1, 5)), np.array([SOLVED]), _NONE, _NONE, np.zeros((0, TERMS, MOTION))
@@ -73,8 +70,10 @@ ALL_SOLVED = Mapped(
 
 
 @inner
-def write_motion(stroke: Floats, mapped: Mapped, cell: int, motion: Floats) -> None:
-    """Write the motion of ball and cue after a stroke, by the polynomial of its cell."""
+def write_motion(
+    stroke: Vector, mapped: Mapped, cell: int, velocity: Floats, spin: Floats
+) -> float:
+    """Write the motion of the ball after a stroke by a cell, and return the speed of the cue."""
     middle, half, coefficients = (
         mapped.middles[cell],
         mapped.half_sizes[cell],
@@ -83,9 +82,9 @@ def write_motion(stroke: Floats, mapped: Mapped, cell: int, motion: Floats) -> N
     x = (abs(stroke[0]) - middle[0]) / half[0]
     y, z = (stroke[1] - middle[1]) / half[1], (stroke[2] - middle[2]) / half[2]
     faster = (stroke[4] - middle[3]) / half[3]
-    for m in range(MOTION):
-        motion[m] = 0.0
-    term, in_x = 0, 1.0
+    for k in range(3):
+        velocity[k] = spin[k] = 0.0
+    speed, term, in_x = 0.0, 0, 1.0
     for i in range(DEGREE + 1):
         in_y = in_x
         for j in range(DEGREE + 1 - i):
@@ -93,16 +92,22 @@ def write_motion(stroke: Floats, mapped: Mapped, cell: int, motion: Floats) -> N
             for k in range(DEGREE + 1 - i - j):
                 product = in_z
                 for _ in range(max(DEGREE - i - j - k, 1)):
-                    for m in range(MOTION):
-                        motion[m] += product * coefficients[term][m]
+                    for m in range(3):
+                        velocity[m] += product * coefficients[term][m]
+                        spin[m] += product * coefficients[term][3 + m]
+                    speed += product * coefficients[term][MOTION - 1]
                     term += 1
                     product *= faster
                 in_z *= z
             in_y *= y
         in_x *= x
-    for m in range(MOTION):
-        motion[m] *= stroke[4] * (MIRROR[m] if stroke[0] < 0.0 else 1.0)
+    # the cells are those of a > 0
     sin_t, cos_t = sin(stroke[3]), cos(stroke[3])
-    for m in (0, 3):
-        along, across = motion[m], motion[m + 1]
-        motion[m], motion[m + 1] = cos_t * along - sin_t * across, sin_t * along + cos_t * across
+    mirrored = -stroke[4] if stroke[0] < 0.0 else stroke[4]
+    for m in range(3):
+        velocity[m] *= mirrored if m == 1 else stroke[4]
+        spin[m] *= stroke[4] if m == 1 else mirrored
+    for vector in (velocity, spin):
+        along, across = vector[0], vector[1]
+        vector[0], vector[1] = cos_t * along - sin_t * across, sin_t * along + cos_t * across
+    return speed * stroke[4]

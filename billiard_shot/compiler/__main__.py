@@ -1,0 +1,8 @@
+"""`python -m billiard_shot.compiler FOLDER [TARGET ...]`: build the library into a folder."""
+
+from pathlib import Path
+import sys
+
+from billiard_shot.compiler.build import build
+
+build(Path(sys.argv[1]), *([sys.argv[2:]] if sys.argv[2:] else []))
