@@ -33,7 +33,7 @@ ELSEWHERE = (
     'make demo',
     'make test',
     'pip install .',
-    'pip install .[fast,plot]',
+    'pip install .[plot]',
     'billiard-shot study accuracy --normal -1 -1 0 --velocity 0.8 0 0',
 )
 
@@ -293,8 +293,8 @@ def test_pages_show_the_pictures_that_are_there():
 
 def test_every_block_is_of_a_known_kind():
     kinds = {language for _, _, language, _ in BLOCKS}
-    # yaml: test/scene/test_check.py
-    assert kinds <= {'python', 'sh', 'console', 'yaml', 'text', 'diff'}
+    # yaml: test/scene/test_check.py; js, c: test/embed/test_export.py
+    assert kinds <= {'python', 'sh', 'console', 'yaml', 'text', 'diff', 'js', 'c'}
     assert {tag for _, tag, _, _ in BLOCKS if tag} == {'ros2'}
 
 
