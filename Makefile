@@ -25,8 +25,8 @@ else
   unexport PYTHONPATH AMENT_PREFIX_PATH LD_LIBRARY_PATH
 endif
 
-# Without bytecode on disk every process compiles all Python code that it imports, numba included:
-# a node takes twice the processor time to start.
+# Without bytecode on disk every process compiles all Python code that it imports: a node takes
+# twice the processor time to start.
 unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: help setup demo test nightly lint docs bench tables soak lock clean

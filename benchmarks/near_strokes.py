@@ -16,7 +16,7 @@ from time import process_time
 import numpy as np
 from tools.timing import QUICK, Report
 
-from billiard_shot import machine_code, predict, Scene, Status
+from billiard_shot import predict, Scene, Status
 from billiard_shot.cli.workers import begin_work
 from billiard_shot.scene.bundled import scene_names
 from billiard_shot.study.near_strokes import near_scene, near_stroke
@@ -35,7 +35,6 @@ def timed(scene, stroke):
 
 def play(name, own, count, seed):
     """Times of random strokes [s], the strokes, statuses, and whether each says it is dear."""
-    machine_code.require()
     scene, draw = Scene.load(name), np.random.default_rng(seed)
     strokes, times, statuses, says = [], [], Counter(), []
     while len(strokes) < count:

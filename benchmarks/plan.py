@@ -240,7 +240,6 @@ def main():
     parser.add_argument('--full', action='store_true')
     full = parser.parse_args().full
     report, clock, others = Report('Plans'), Clock(), Clock()
-    plan(*pot_scene(np.random.default_rng(0), 0, 0), budget=500)  # compiles and loads the library
     pots(report, clock, 200 if full else 15 if QUICK else 30, 1.0, 7)
     for factor in () if QUICK else (0.5, 2.0):
         pots(report, others, 200 if full else 15, factor, 8)

@@ -80,7 +80,6 @@ def main():
         'pots': [pot_scene(draw, i % 5, i % 3) for i in range(count)],
         'crowded tables': [(crowded_scene(draw), {'pot': '8'}) for _ in range(count)],
     }
-    plan(*groups['pots'][0], budget=500)  # compiles and loads the library
     for name, scenes in groups.items():
         print(f'{name}: {count}')
         everything = None

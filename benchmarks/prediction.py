@@ -8,7 +8,6 @@ import os
 from pathlib import Path
 import subprocess
 import sys
-import tempfile
 
 import numpy as np
 from tools.timing import QUICK, Report, seconds, Time, yardstick
@@ -22,10 +21,10 @@ OVERHEAD = 100.0  # us on a machine where np.cross takes CROSS
 CROSS = 15.0  # us; the limit scales with the time of np.cross here
 BATCH = 3.0  # times the kernel alone
 # Of the time in which a new process imports NumPy: first predictions, with the import; the import
-# alone. And everything compiled over one small function compiled by numba, both in new processes.
+# alone. And the time to check and load the library [ms].
 FIRST_LIMITS = {'paper': 12.0, 'pool_table': 12.0, 'eight_ball': 25.0}
 IMPORT = 0.5
-COMPILED = 55.0
+LOADED = 15.0
 
 FIRST = """
 from time import perf_counter
@@ -36,28 +35,18 @@ stroke = Stroke.from_offsets(a=0, b=0.1, elevation=0.08, azimuth=0, speed=8.0)
 predict(Scene.load(sys.argv[1]), stroke)
 print(perf_counter() - begin)
 """
-COMPILE = """
-from resource import getrusage, RUSAGE_CHILDREN
+LOAD = """
 from time import perf_counter
-begin = perf_counter()
 from billiard_shot import machine_code
-assert machine_code.require()
+begin = perf_counter()
+assert machine_code.is_loaded()
 print(perf_counter() - begin)
-used = getrusage(RUSAGE_CHILDREN)
-print(used.ru_utime + used.ru_stime)
 """
 NUMPY = """
 from time import perf_counter, process_time
 begin, busy = perf_counter(), process_time()
 import numpy
 print(perf_counter() - begin)
-print(process_time() - busy)
-"""
-SMALL = """
-from time import process_time
-busy = process_time()
-import numba
-numba.njit(lambda x: x + 1.0)(1.0)
 print(process_time() - busy)
 """
 BARE = """
@@ -70,13 +59,13 @@ print([name for name in ('scipy', 'matplotlib', 'numba') if name in sys.modules]
 """
 
 
-def fresh(program, *arguments, **environment):
+def fresh(program, *arguments):
     """Output lines of a program in a process of its own."""
     root = str(Path(__file__).parent.parent)
     path = os.pathsep.join([root, os.environ.get('PYTHONPATH', '')])
     done = subprocess.run(
         [sys.executable, '-c', program, *arguments], text=True, capture_output=True, check=True,
-        env={**os.environ, 'PYTHONPATH': path, **environment},
+        env={**os.environ, 'PYTHONPATH': path},
     )  # fmt: skip
     return done.stdout.splitlines()
 
@@ -139,17 +128,12 @@ def main():
     wall, cpu = min(tuple(map(float, fresh(NUMPY))) for _ in range(5))
     bare = Time(wall, cpu)
     report.row(' yardstick: import of NumPy in a new process', bare, 's')
-    with tempfile.TemporaryDirectory() as cache:
-        for name, limit in FIRST_LIMITS.items():
-            first = min(float(fresh(FIRST, name, BILLIARD_SHOT_CACHE=cache)[0]) for _ in range(3))
-            report.row(f'scene {name}: first prediction, nothing compiled', first, 's')
-            report.row('    over the import of NumPy', first / float(bare), 'x', limit)
-        elapsed, cpu = map(float, fresh(COMPILE, BILLIARD_SHOT_CACHE=cache))
-        report.row('everything compiled', Time(elapsed, cpu), 's')
-        small = min(float(fresh(SMALL)[0]) for _ in range(3))
-        report.row('    over one small function compiled by numba', cpu / small, 'x', COMPILED)
-        loaded = min(float(fresh(COMPILE, BILLIARD_SHOT_CACHE=cache)[0]) for _ in range(3))
-        report.row('machine code loaded from disk, in the background', loaded, 's')
+    for name, limit in FIRST_LIMITS.items():
+        first = min(float(fresh(FIRST, name)[0]) for _ in range(3))
+        report.row(f'scene {name}: first prediction', first, 's')
+        report.row('    over the import of NumPy', first / float(bare), 'x', limit)
+    loading = 1e3 * min(float(fresh(LOAD)[0]) for _ in range(5))
+    report.row('library checked and loaded', loading, 'ms', LOADED)
     alone = [fresh(BARE) for _ in range(5)]
     took = min(float(lines[0]) for lines in alone)
     report.row('import billiard_shot', took, 's')

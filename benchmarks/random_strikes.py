@@ -26,7 +26,7 @@ from time import perf_counter
 import numpy as np
 from tools.timing import Report
 
-from billiard_shot import machine_code, Scene
+from billiard_shot import Scene
 from billiard_shot.cli.progress import progress
 from billiard_shot.cli.workers import begin_work
 from billiard_shot.impact.collide import properties_of
@@ -155,7 +155,6 @@ def solved(parameters, n, c):
 def chunk(seed, count, mild):
     """Rows of random strikes."""
     rng = np.random.default_rng(seed)
-    machine_code.require()
     return np.array([solved(*random_strike(rng, mild)) for _ in range(count)])
 
 

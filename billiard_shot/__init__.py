@@ -72,7 +72,7 @@ __all__ = [
     'Contact',
 ]
 
-# Imported when first used: `import billiard_shot` alone must not wait for numba.
+# Imported when first used: `import billiard_shot` alone must not wait for NumPy.
 _HOMES = {
     'Scene': 'scene',
     'Stroke': 'shot.stroke',

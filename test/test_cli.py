@@ -19,7 +19,6 @@ import billiard_shot
 from billiard_shot import lowest_elevation, predict, Scene, Stroke
 from billiard_shot.cli import COMMANDS, main, make_parser, STUDIES
 from billiard_shot.cli.exit_codes import DONE, EXIT_CODES, FAILED, INTERRUPTED
-from billiard_shot.cli.progress import estimate_without_machine_code
 from billiard_shot.cli.text_table import Column, print_rows
 from billiard_shot.game.tournament import play
 from billiard_shot.scene.player import OFFSETS
@@ -317,14 +316,6 @@ def test_a_speed_beyond_all_cues_is_warned_of(capsys):
     assert 'no cue reaches 50 m/s' in capsys.readouterr().out
 
 
-def test_without_machine_code_the_time_is_estimated(capsys, monkeypatch):
-    monkeypatch.setattr('billiard_shot.machine_code.available', lambda: False)
-    estimate_without_machine_code(10**6, Scene.load('pool'))
-    assert 'without numba, 1000000 strokes may take' in capsys.readouterr().err
-    estimate_without_machine_code(1, Scene.load('pool'))
-    assert capsys.readouterr().err == ''
-
-
 def test_usage_is_one_line_and_names_the_help(capsys):
     for words in (
         ['predict', '--speed', 'x'],
@@ -389,8 +380,7 @@ def test_numbers_of_strokes_may_have_an_exponent(capsys):
         ('atlas pool_table', 'ball is missing; the scene has only the cue ball'),
     ],
 )
-def test_a_wrong_request_does_not_wait_for_machine_code(words, text, capsys, monkeypatch):
-    monkeypatch.setattr('billiard_shot.machine_code.require', None)
+def test_a_wrong_request_is_refused(words, text, capsys):
     assert main(words.split()) == 2
     assert text in capsys.readouterr().err
 

@@ -136,7 +136,6 @@ def test_a_node_runs_from_the_workspace(workspace, environment):
         f'{sys.executable} -c "import billiard_shot_msgs as m; print(m.__file__)"',
     )
     assert said.startswith(str(workspace / 'install'))
-    # not compiled: that takes half a minute, and is the same as in all the other tests
     starts_and_ends(
         ['bash', '-c', 'exec install/billiard_shot/lib/billiard_shot/predictor'],
         'ready: service /predict_shot',

@@ -33,7 +33,7 @@ ELSEWHERE = (
     'make demo',
     'make test',
     'pip install .',
-    'pip install .[fast,plot]',
+    'pip install .[plot]',
     'billiard-shot study accuracy --normal -1 -1 0 --velocity 0.8 0 0',
 )
 

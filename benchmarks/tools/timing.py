@@ -8,7 +8,6 @@ import statistics
 import sys
 from time import perf_counter, process_time
 
-import numba
 import numpy as np
 
 from billiard_shot import machine_code
@@ -24,7 +23,7 @@ def machine() -> str:
         lines = [line for line in info.read_text().splitlines() if line.startswith('model name')]
         name = lines[0].split(':')[1].strip() if lines else name
     versions = f'Python {platform.python_version()}, numpy {np.__version__}'
-    return f'{name}, {os.cpu_count()} CPUs, {versions}, numba {numba.__version__}'
+    return f'{name}, {os.cpu_count()} CPUs, {versions}'
 
 
 class Time(float):
@@ -120,7 +119,8 @@ class Report:
         self.rows: list[dict[str, object]] = []
         self.title = title
         self.notes: list[str] = []
-        machine_code.require()
+        if not machine_code.is_loaded():
+            sys.exit('the library is interpreted: its times say nothing')
         self._begin, self._busy = perf_counter(), busy()
         print(title)
         print(machine())

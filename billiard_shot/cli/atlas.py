@@ -13,11 +13,7 @@ import numpy as np
 
 from billiard_shot import Scene
 from billiard_shot.cli.exit_codes import INTERRUPTED
-from billiard_shot.cli.progress import (
-    estimate_without_machine_code,
-    progress,
-    wait_for_machine_code,
-)
+from billiard_shot.cli.progress import progress
 from billiard_shot.cli.search import add_search_arguments, selected_noise
 from billiard_shot.cli.shots import add_scene_argument, scene_name
 from billiard_shot.cli.text_table import (
@@ -120,11 +116,9 @@ def run(options: argparse.Namespace) -> int:
     scene = Scene.load(scene_name(options))
     request = _request(options, scene)
     layouts = layouts_of(scene, request)
-    wait_for_machine_code()
     results = start_file(options.output, scene, request) if options.output else []
     done = {result.layout for result in results}
     missing = [layout for layout in layouts if layout not in done]
-    estimate_without_machine_code(len(missing) * options.budget, scene)
     start = perf_counter()
     try:
         with working(options.workers, options.dask) as executor:

@@ -13,11 +13,7 @@ import billiard_shot
 from billiard_shot import PlanResult, RankedStroke, save_shot, Scene
 from billiard_shot.cli.exit_codes import DONE, FAILED, INTERRUPTED
 from billiard_shot.cli.interrupts import interruptible
-from billiard_shot.cli.progress import (
-    estimate_without_machine_code,
-    reporting,
-    wait_for_machine_code,
-)
+from billiard_shot.cli.progress import reporting
 from billiard_shot.cli.search import add_search_arguments, selected_noise
 from billiard_shot.cli.shots import add_scene_argument, scene_name
 from billiard_shot.cli.text_table import (
@@ -189,9 +185,6 @@ def run(options: argparse.Namespace) -> int:
     limits_of(scene, constraints, noise)
     for name, least in (('budget', 1), ('seed', 0)):
         whole(f'--{name}', getattr(options, name), least)
-    # Only now, so that nobody waits for the refusal of a request.
-    wait_for_machine_code()
-    estimate_without_machine_code(options.budget, scene)
     with (
         working(options.workers, options.dask) as executor,
         reporting('strokes', options.budget) as report,

@@ -9,7 +9,6 @@ import sys
 import tempfile
 
 from billiard_shot import Scene
-from billiard_shot.cli.progress import wait_for_machine_code
 from billiard_shot.cli.tournament import add_game_arguments, find_own_modules
 from billiard_shot.game.game import find_game
 from billiard_shot.game.rack import MAX_SHOTS, play_on, replayed
@@ -69,7 +68,6 @@ def run(options: argparse.Namespace) -> int:
     record = replace(first_record(pairing, number), players=names)
     if options.state and options.state.exists():
         record = _continued(options.state, record)
-    wait_for_machine_code()
     talks = PERSON in names or not options.json
     if talks:
         _tell(record)

@@ -6,13 +6,10 @@ import sys
 from time import monotonic
 from typing import TypeVar
 
-from billiard_shot import machine_code, predict, Scene, Stroke
-
 T = TypeVar('T')
 
 BAR_WIDTH = 30  # characters of the bar itself
 INTERVAL = 0.1  # s, shortest time between drawings
-SAY_AFTER = 5.0  # s until the second line if stderr is not a terminal; then twice as long each
 
 
 def progress(items: Iterable[T], label: str, total: int | None = None) -> Iterator[T]:
@@ -72,51 +69,3 @@ def progress_line(label: str, done: int, total: int, elapsed: float) -> str:
 def _draw(text: str) -> None:
     sys.stderr.write(f'\r\033[K{text}')  # back to the start, clear the line
     sys.stderr.flush()
-
-
-def estimate_without_machine_code(strokes: int, scene: Scene) -> None:
-    """Without machine code, say on stderr how long the prediction of so many strokes may take."""
-    if machine_code.available():
-        return
-    stroke = Stroke.from_offsets(elevation_deg=10.0, speed=2.0)
-    begin = monotonic()
-    predict(scene, stroke)
-    minutes = strokes * (monotonic() - begin) / 60.0
-    if minutes > 1.0:
-        print(
-            f'without numba, {strokes} strokes may take {minutes:.0f} minutes; a smaller --budget '
-            'takes less',
-            file=sys.stderr,
-            flush=True,
-        )
-
-
-def wait_for_machine_code() -> bool:
-    """
-    Wait, with a bar, until the library is compiled; return whether it runs as machine code.
-
-    If stderr is not a terminal, a line every few seconds reports the progress instead.
-    """
-    if not machine_code.available() or machine_code.is_complete():
-        return machine_code.require()
-    told = 0.0  # s after which the last line was printed
-    terminal = sys.stderr.isatty()
-
-    def report(done: int, total: int, waited: float) -> None:
-        nonlocal told
-        if terminal:
-            text = f'compiling, once for this version: {done} of {total} parts, {waited:.0f} s'
-            _draw(text + (' (usually less than a minute)' if waited < 60.0 else ''))
-        elif not told or waited >= 2.0 * told:  # after 5, 10, 20, 40 s ...
-            told = max(waited, SAY_AFTER)
-            print(
-                f'compiling, once for this version: {done} of {total} parts after {waited:.0f} s',
-                file=sys.stderr,
-                flush=True,
-            )
-
-    try:
-        return machine_code.require(report)
-    finally:
-        if terminal:
-            _draw('')

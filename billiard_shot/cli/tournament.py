@@ -9,7 +9,7 @@ from typing import Any
 
 from billiard_shot import Scene
 from billiard_shot.cli.exit_codes import DONE, INTERRUPTED
-from billiard_shot.cli.progress import progress, wait_for_machine_code
+from billiard_shot.cli.progress import progress
 from billiard_shot.cli.workers import add_work_arguments, working
 from billiard_shot.game.game import find_game, game_names
 from billiard_shot.game.rack_record import RackRecord
@@ -84,7 +84,6 @@ def run(options: argparse.Namespace) -> int:
     check_pairing(pairing)
     racks = _known(options.output, pairing, count)
     numbers = [number for number in range(count) if number not in racks]
-    wait_for_machine_code()
     code = DONE
     try:
         with working(options.workers, options.dask) as executor:

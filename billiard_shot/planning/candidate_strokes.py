@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from billiard_shot import machine_code
 from billiard_shot.planning.limits import limits_of
 from billiard_shot.planning.noises import noise_of
 from billiard_shot.planning.plan import checked_problem
@@ -79,7 +78,6 @@ def candidates(
     wanted = target_of(scene, target)
     budget = whole('budget', budget, 1)
     problem = checked_problem(scene, wanted, limits_of(scene, constraints, spread), spread)
-    machine_code.require()
     stages: list[Stage] = []
     with ThreadPoolExecutor(os.cpu_count() or 1) as threads:
         runner = Runner(problem, budget, threads, None, None)

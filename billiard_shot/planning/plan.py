@@ -9,7 +9,6 @@ import os
 from time import perf_counter
 from typing import Any
 
-from billiard_shot import machine_code
 from billiard_shot.planning.evaluate import ValueFunction
 from billiard_shot.planning.explain import why_not_straight
 from billiard_shot.planning.in_hand import places_in_hand
@@ -82,8 +81,7 @@ def plan(
         `concurrent.futures`. By default threads on all cores.
     time_limit : float, optional
         Time after which the search ends with its best result [s], above 0. A search that it ends
-        is not reproducible. If the library has to be compiled first, that time does not count, and
-        `cancel` is called after it.
+        is not reproducible.
     place : str, optional
         The cue ball is in hand, and the plan says where to put it: `anywhere` on the table, or in
         the `kitchen` behind the head string. Only for targets that pot a ball, at the places with
@@ -120,7 +118,6 @@ def plan(
     def search_at(scene: Scene, parts: int) -> PlanResult:
         """Search for strokes at the cue ball where the scene has it, in a part of the budget."""
         problem = checked_problem(scene, wanted, limits, spread)
-        machine_code.require()
         threads = ThreadPoolExecutor(os.cpu_count() or 1)
         try:
             runner = Runner(

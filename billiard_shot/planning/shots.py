@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from billiard_shot import machine_code
 from billiard_shot.planning.direct_shots import (
     CentralStrikes,
     DirectShot,
@@ -36,7 +35,7 @@ from billiard_shot.table.effects import params_on_table
 from billiard_shot.table.geometry import lay_out, POCKETS
 from billiard_shot.table.run import POCKET_NAMES
 from billiard_shot.table.table_states import ManyStates, table_states, TableStates
-from billiard_shot.table.threads import in_threads, INTERPRETED_AT_MOST
+from billiard_shot.table.threads import in_threads
 
 OFFSET = 0.02  # ball radii: error of a whose effect is extrapolated
 
@@ -165,8 +164,6 @@ def shots(
     cue = tables.names.index(CUE_BALL)
     kinds[:, cue] = np.minimum(kinds[:, cue], PRESENT)
     kinds[~np.isfinite(places).all(axis=(1, 2)), cue] = NO_BALL
-    if len(tables) > INTERPRETED_AT_MOST:
-        machine_code.require()
     spread = noise_of(scene, noise)
     params, table = params_on_table(scene)
     openings = openings_of(params, table)

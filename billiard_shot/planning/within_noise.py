@@ -7,7 +7,6 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
-from billiard_shot import machine_code
 from billiard_shot.planning.noises import accuracy_within, noise_of
 from billiard_shot.planning.strike_map import bounds_of, Cell, Fit, fit_cell, Maps
 from billiard_shot.records import Array
@@ -18,7 +17,7 @@ from billiard_shot.shot.setting import setting_of
 from billiard_shot.shot.stroke import playable_offsets, vectors_of
 from billiard_shot.shot.stroke_batch import StrokeBatch
 from billiard_shot.table.table_states import TableStates
-from billiard_shot.table.threads import in_threads, INTERPRETED_AT_MOST
+from billiard_shot.table.threads import in_threads
 
 
 def predict_within_noise(
@@ -83,8 +82,6 @@ def play_within_noise(
         As of `play`.
 
     """
-    if len(strokes) > INTERPRETED_AT_MOST:
-        machine_code.require()
     setting = setting_of(scene)
     slower_than = math.inf if tables is not None else setting.reaching
     maps = Maps(setting.model, bounds_of(sigmas), slower_than)

@@ -1,6 +1,5 @@
 """Client of the nodes: waits for them, predicts, plans, plays, and watches the table."""
 
-from collections import defaultdict
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from time import monotonic
@@ -12,7 +11,6 @@ from billiard_shot_msgs.msg import CueState, Plan, TableState, Target
 from billiard_shot_msgs.srv import Arm, PredictShot
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray
-from rcl_interfaces.msg import Log
 import rclpy
 from rclpy.action import ActionClient
 from rclpy.client import Client
@@ -28,7 +26,7 @@ from billiard_shot.cue.safety import SafetyState
 from billiard_shot.perception.resting import RestWatch
 from billiard_shot.perception.sightings import Balls
 from billiard_shot.ros import conversions, cue_conversions
-from billiard_shot.ros.node_runner import BURST, EVERY_LOG, EVERY_STATE, LATCHED
+from billiard_shot.ros.node_runner import BURST, EVERY_STATE, LATCHED
 from billiard_shot.ros.writing_time import UNKNOWN_NODE
 from billiard_shot.scene.errors import printable
 from billiard_shot.scene.placement import CUE_BALL
@@ -36,7 +34,7 @@ from billiard_shot.scene.placement import CUE_BALL
 SAFETY_INPUTS = {'estop': False, 'interlock': True}  # topics, and values that allow motion
 
 VALIDITY = 60.0  # s within which a shot must be fired, if the caller does not say
-START_UP = 120.0  # s to wait for a node, which may have to compile the library first
+START_UP = 60.0  # s to wait for a node
 DISCOVERY = 1.0  # s to discover other publishers before the safety inputs are simulated
 LOOK_PERIOD = 0.05  # s between two looks of a client that waits
 QUIET_WAIT = 2.0  # s of waiting after which the client logs the reason
@@ -72,7 +70,7 @@ class RobotClient(Node):
         Whether to publish that the emergency stop is released and the interlock closed. Only for
         simulations: on a robot these messages come from the safety equipment.
     timeout : float
-        Time to wait for each of the other nodes [s]; news in the log of the node restart it.
+        Time to wait for each of the other nodes [s].
 
     Attributes
     ----------
@@ -107,9 +105,6 @@ class RobotClient(Node):
         )
         self.create_subscription(TableState, 'table_state', self._on_table, LATCHED)
         self.create_subscription(DiagnosticArray, '/diagnostics', self._on_diagnostics, 10)
-        self.create_subscription(Log, '/rosout', self._on_log, EVERY_LOG)
-        # What each node has logged last, and when [s].
-        self._last_log: defaultdict[str, tuple[str, float]] = defaultdict(lambda: ('', 0.0))
         self.create_subscription(CueState, 'cue_driver/state', self.states.append, EVERY_STATE)
         self.safety_publishers: dict[str, Publisher[Bool]] = {}
         self._discovered = monotonic() + DISCOVERY
@@ -139,11 +134,6 @@ class RobotClient(Node):
 
     def _on_table(self, message: TableState) -> None:
         self.table = message
-
-    def _on_log(self, message: Log) -> None:
-        path, said = f'/{message.name}'.replace('.', '/'), printable(message.msg)
-        if said != self._last_log[path][0]:
-            self._last_log[path] = said, monotonic()
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:
@@ -204,18 +194,11 @@ class RobotClient(Node):
         self.wait_for('cue_driver', lambda: not self.problems)
 
     def wait_for(self, name: str, ready: Callable[[], object]) -> None:
-        """
-        Spin until a node or topic is `ready`, and log why it is not.
-
-        NotReadyError says why, if the time has passed without progress in the log of the node.
-        """
-        begin, silence = monotonic(), QUIET_WAIT
-        path = self.resolve_topic_name(name)
-        while not self.until(ready, min(silence, begin + self._timeout - monotonic())):
-            if name != 'cue_driver':  # which logs again and again why it is not ready
-                begin = max(begin, self._last_log[path][1])
-            words = f'{path}: {self._reason(name)}'
-            if monotonic() > begin + self._timeout:
+        """Spin until a node or topic is `ready`, and log why it is not; NotReadyError says why."""
+        end, silence = monotonic() + self._timeout, QUIET_WAIT
+        while not self.until(ready, min(silence, end - monotonic())):
+            words = f'{self.resolve_topic_name(name)}: {self._reason(name)}'
+            if monotonic() > end:
                 raise NotReadyError(f'{words}; waited for {self._timeout:g} s')
             self.get_logger().info(f'waiting for {words}')
             silence = REMINDER
@@ -229,8 +212,7 @@ class RobotClient(Node):
             return 'no such node is known so far'
         if node == 'cue_driver' and self.problems:
             return '; '.join(self.problems)
-        said, _ = self._last_log[path]
-        return f'the node is starting: {said}' if said else 'the node is starting'
+        return 'the node is starting'
 
     # --- the table ------------------------------------------------------------------------------
 

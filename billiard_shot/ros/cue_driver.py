@@ -17,7 +17,6 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Bool, Float64, Header
 from std_srvs.srv import Trigger
 
-from billiard_shot import machine_code
 from billiard_shot.cue.clock import steady_time
 from billiard_shot.cue.controller import Controller
 from billiard_shot.cue.execution import Command, Result, Settings
@@ -26,7 +25,7 @@ from billiard_shot.cue.measurement import MeasuredStrike
 from billiard_shot.cue.mechanism import INCLINE, Mechanism
 from billiard_shot.cue.model import elevation_joint
 from billiard_shot.cue.outcome import GoalOutcome, RefusedError
-from billiard_shot.cue.safety import BEFORE_STROKE, MOVING, SafetyDecision, SafetyState
+from billiard_shot.cue.safety import BEFORE_STROKE, MOVING, SafetyDecision
 from billiard_shot.ros import cue_conversions as conversions
 from billiard_shot.ros import parameters
 from billiard_shot.ros.command_topic import CommandTopic
@@ -49,7 +48,6 @@ from billiard_shot.ros.node_runner import (
     set_niceness,
     spin_node,
     steady_timer,
-    warm_up,
 )
 from billiard_shot.ros.parameters import checked, OfTable
 from billiard_shot.ros.writing_time import (
@@ -128,9 +126,9 @@ class CueDriver(LifecycleNode):
     be repeated by every publisher: silence stops the cue, and so do messages that were written too
     long ago. Another node that publishes commands is a fault.
 
-    All of them exist while the node is configured, and `/diagnostics` always. Goals are rejected
-    while the node is not active. Its parameters are `CueDriverParameters` and `Settings`. They can
-    be set while the node is unconfigured.
+    All of them exist while the node is configured, `/diagnostics` and the action always. Goals are
+    rejected while the node is not active. Its parameters are `CueDriverParameters` and `Settings`.
+    They can be set while the node is unconfigured.
     """
 
     def __init__(self) -> None:
@@ -156,6 +154,14 @@ class CueDriver(LifecycleNode):
         self._commands: CommandTopic | ControllerClient | None = None
         self._destroy: list[Callable[[], object]] = []  # what cleanup undoes
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
+        ActionServer(  # it still has to answer if the node is cleaned up just after a goal
+            self,
+            ExecuteShot,
+            'execute_shot',
+            self._execute,
+            goal_callback=self._may_accept,
+            cancel_callback=self._cancel,
+        )
         try:
             loaded = self._load()
         except (ValueError, OSError) as error:
@@ -199,7 +205,6 @@ class CueDriver(LifecycleNode):
         except (ValueError, OSError) as error:
             self.get_logger().error(f'configure failed: {error}')
             return TransitionCallbackReturn.FAILURE
-        warm_up(self, scene, compiles=False)
         self._controller.configure(mechanism, scene, settings)
         self._inactive = NOT_ACTIVE
         self._tell_state()
@@ -235,18 +240,9 @@ class CueDriver(LifecycleNode):
             self.create_service(Trigger, '~/disarm', _answering(self._disarm)),
             self.create_service(Trigger, '~/clear_fault', _answering(self._clear)),
         ]
-        server = ActionServer(
-            self,
-            ExecuteShot,
-            'execute_shot',
-            self._execute,
-            goal_callback=self._may_accept,
-            cancel_callback=self._cancel,
-        )
         self._timer = steady_timer(self, self._period, self._tick)
         self._destroy = [
             lambda: self.destroy_timer(self._timer),
-            server.destroy,
             *(lambda each=each: self.destroy_service(each) for each in services),
             *(lambda each=each: self.destroy_subscription(each) for each in subscriptions),
             *(lambda each=each: self.destroy_publisher(each) for each in publishers),
@@ -435,8 +431,6 @@ class CueDriver(LifecycleNode):
         """Do the work of every second."""
         if self._commands:
             self._count_publishers()
-        if self._controller.state is SafetyState.DISARMED:
-            machine_code.load()  # the code that other nodes have compiled
         self._publish_diagnostics()
 
     def _count_publishers(self) -> None:

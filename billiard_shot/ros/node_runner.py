@@ -3,7 +3,6 @@
 import argparse
 from collections.abc import Awaitable, Callable, Iterator, Sequence
 import contextlib
-from dataclasses import replace
 import gc
 import inspect
 import os
@@ -26,15 +25,12 @@ from rclpy.task import Future
 from rclpy.timer import Timer
 from rclpy.utilities import remove_ros_args
 
-from billiard_shot import machine_code, predict, Scene, Stroke
-
 N = TypeVar('N', bound=Node)
 GoalHandle: TypeAlias = 'ServerGoalHandle[Any, Any, Any]'
 
 # QoS of latched topics: late subscribers receive the last messages.
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 EVERY_STATE = QoSProfile(depth=20, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-EVERY_LOG = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)  # of /rosout
 
 SAFETY_INPUT = QoSProfile(depth=100)
 """
@@ -63,7 +59,6 @@ DDS sends every answer to every client of the service, which discards those of t
 """
 
 END_TIME = 8.0  # s from a signal to the end of a node, even if a callback does not return
-PROGRESS_PERIOD = 5.0  # s between two messages while the library is compiled
 
 
 def own_arguments(args: Sequence[str] | None) -> list[str]:
@@ -136,42 +131,6 @@ def in_thread(node: Node, work: Callable[[], Any]) -> Awaitable[Any]:
     return ended
 
 
-def warm_up(node: Node, scene: Scene, compiles: bool = True) -> None:
-    """
-    Load everything that the first request would wait for; requests may have other balls.
-
-    If the library is not compiled yet, the node interprets it at first, and compiles it in other
-    processes with low priority, unless `compiles` is false: a node with deadlines leaves that to
-    others.
-    """
-    if machine_code.available() and machine_code.is_complete():
-        machine_code.require()
-    elif machine_code.available() and compiles:
-        machine_code.prepare()
-        node.get_logger().info(
-            'compiling the library in the background, once: answers are slower for two minutes'
-        )
-    stroke = Stroke.from_offsets(a=0.2, b=0.1, elevation=0.1, azimuth=0.0, speed=1.0)
-    predict(scene, stroke).trajectory.at(0.0)
-    if not scene.balls:
-        predict(replace(scene, balls={'another': (1.0, 0.0)}), stroke)
-
-
-def wait_for_library(node: Node) -> None:
-    """Wait until the library is compiled, and log the progress."""
-    logged = 0.0
-
-    def report(done: int, total: int, waited: float) -> None:
-        nonlocal logged
-        if waited - logged >= PROGRESS_PERIOD:
-            logged = waited
-            node.get_logger().info(
-                f'compiling the library, once: {done} of {total} parts after {waited:.0f} s'
-            )
-
-    machine_code.require(None if machine_code.is_complete() else report)
-
-
 class EndError(RuntimeError):
     """Ends the node with exit code 1, so that a launch starts it again; the message says why."""
 
@@ -234,8 +193,8 @@ def spin_node(
             node = make()
             executor = SingleThreadedExecutor()
             executor.add_node(node)
-            # Objects created so far are permanent. Searching all of numba for garbage would stop
-            # the node for a third of a second from time to time.
+            # Objects created so far are permanent. Searching all of them for garbage would stop
+            # the node for some hundredths of a second from time to time.
             gc.collect()
             gc.freeze()
             try:

@@ -1,7 +1,6 @@
 """The node `planner`: searches for strokes that reach a target, and shows the last plan."""
 
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import asdict, dataclass
 import threading
 from time import monotonic
@@ -20,17 +19,10 @@ from visualization_msgs.msg import MarkerArray
 from billiard_shot import plan, PlanResult, Scene, Status
 from billiard_shot.planning.runner import Progress
 from billiard_shot.ros import display, parameters, plan_conversions
-from billiard_shot.ros.node_runner import (
-    BURST,
-    GoalHandle,
-    in_thread,
-    LATCHED,
-    spin_node,
-    wait_for_library,
-)
+from billiard_shot.ros.node_runner import BURST, GoalHandle, in_thread, LATCHED, spin_node
 from billiard_shot.ros.parameters import checked, OfTable, SHOWN_SAMPLES
 from billiard_shot.ros.plan_conversions import PlanRequest, target_in
-from billiard_shot.scene import Noise, Robot
+from billiard_shot.scene import Robot
 from billiard_shot.scene.fields import number, whole_number
 
 FEEDBACK_PERIOD = 0.1  # s between two feedback messages, or more
@@ -104,8 +96,6 @@ class Planner(Node):
         self._best = self.create_publisher(RankedPlan, '~/best', LATCHED)
         self._markers = self.create_publisher(MarkerArray, '~/markers', LATCHED)
         self.create_subscription(TableState, 'table_state', self._keep_table, LATCHED)
-        wait_for_library(self)
-        warm_up_planning(self._default)
         self._server = ActionServer(
             self,
             PlanShot,
@@ -203,14 +193,6 @@ class Planner(Node):
         else:
             goal.abort()
         return message
-
-
-def warm_up_planning(request: PlanRequest) -> None:
-    """Make small plans, so that the first goal does not have to load the library."""
-    table = Scene.load('blocked')
-    plan(table, {'pot': '8'}, Noise(), budget=300)
-    with suppress(ValueError):  # the planner reports it
-        plan(request.scene, request.target, request.noise, 50, request.seed, request.constraints)
 
 
 def main(args: Sequence[str] | None = None) -> None:

@@ -27,7 +27,7 @@ from billiard_shot.ros import conversions
 from billiard_shot.ros.client import RobotClient, VALIDITY
 from billiard_shot.ros.client_program import add_client_arguments, CLIENT_HELP, run_client
 from billiard_shot.ros.game_table import GameTable
-from billiard_shot.ros.node_runner import own_arguments, parser_of, wait_for_library
+from billiard_shot.ros.node_runner import own_arguments, parser_of
 from billiard_shot.ros.plan_conversions import target_in, target_message
 from billiard_shot.ros.terminal import FIRE, say, TypedLines
 from billiard_shot.ros.turn_client import add_turn_arguments, first_state, play_turn
@@ -194,7 +194,6 @@ def main(args: Sequence[str] | None = None) -> None:
 
     def work(client: RobotClient) -> bool:
         if options.serve:
-            wait_for_library(client)
             return TurnServer(GameTable(client, scene), options.modules).serve()
         if options.targets:
             client.wait_for_planner()

@@ -17,14 +17,7 @@ from visualization_msgs.msg import MarkerArray
 
 from billiard_shot import predict, predict_batch, Scene, Shot, Status
 from billiard_shot.ros import conversions, display, parameters
-from billiard_shot.ros.node_runner import (
-    BURST,
-    in_thread,
-    LATCHED,
-    spin_node,
-    steady_timer,
-    warm_up,
-)
+from billiard_shot.ros.node_runner import BURST, in_thread, LATCHED, spin_node, steady_timer
 from billiard_shot.ros.parameters import checked, MAX_SAMPLES, OfTable, SHOWN_SAMPLES
 from billiard_shot.scene.fields import number, whole_number
 from billiard_shot.shot.replay import to_json
@@ -79,7 +72,6 @@ class Predictor(Node):
         self._record = self.create_publisher(String, '~/shot', LATCHED)
         self._show_timer = steady_timer(self, SHOW_DELAY, self._show, autostart=False)
         self.create_subscription(TableState, 'table_state', self._keep_table, LATCHED)
-        warm_up(self, self._scene)
         self.create_service(PredictShot, 'predict_shot', self._predict_shot, qos_profile=BURST)
         self.create_service(PredictShots, 'predict_shots', self._predict_shots, qos_profile=BURST)
         self.get_logger().info(f'ready: service {self.resolve_service_name("predict_shot")}')

@@ -19,7 +19,7 @@ from billiard_shot.ros import parameters
 from billiard_shot.ros.conversions import check_frame, filled, requested_scene
 from billiard_shot.ros.cue_conversions import measured_stroke
 from billiard_shot.ros.cue_parameters import guided_scene, OfGuidedScene
-from billiard_shot.ros.node_runner import LATCHED, spin_node, steady_timer, warm_up
+from billiard_shot.ros.node_runner import LATCHED, spin_node, steady_timer
 from billiard_shot.ros.parameters import OfTable
 from billiard_shot.scene import Scene
 from billiard_shot.scene.fields import number, whole_number
@@ -99,7 +99,6 @@ class TableSim(Node):
         parameters.declare(self, TableSimParameters, CameraErrors)
         own = parameters.read(TableSimParameters, self)
         self._scene = guided_scene(own.scene)
-        warm_up(self, self._scene)
         self._real_time_factor = own.real_time_factor
         self._snapshot = 0
         self._motions: Mapping[str, Trajectory] = {}

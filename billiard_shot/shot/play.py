@@ -5,7 +5,6 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot import machine_code
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL
@@ -17,7 +16,7 @@ from billiard_shot.shot.stroke_batch import stroke_batch, StrokeBatch
 from billiard_shot.table.mapped_strike import ALL_SOLVED, Mapped
 from billiard_shot.table.table_states import TableStates
 from billiard_shot.table.task import BatchRecording, joined, run_tables, TableTask
-from billiard_shot.table.threads import in_threads, INTERPRETED_AT_MOST
+from billiard_shot.table.threads import in_threads
 
 
 def play(
@@ -54,8 +53,6 @@ def play(
     if tables is not None and tables.names[0] != CUE_BALL:
         raise ValueError(f'tables must have {CUE_BALL!r} first, got {", ".join(tables.names)}')
     count, setting = len(normals), setting_of(scene)
-    if count > INTERPRETED_AT_MOST:
-        machine_code.require()
 
     def play_part(rows: slice) -> BatchRecording:
         some, maps = tables, mapped.part(rows)

@@ -110,6 +110,8 @@ def _impulse_scheme(problem: ContactProblem, step: float) -> TimedRun:
 
 
 def _against_impulse_scheme(problem: ContactProblem) -> str:
+    if not impulse_scheme.IS_COMPILED:
+        return 'without numba the impulse scheme is interpreted, and its times say nothing'
     if problem.law == 'bistiffness':
         return 'the impulse scheme does not have law bistiffness'
     surface = problem.model.surface

@@ -10,6 +10,7 @@ table takes part in a stroke, not the height of the contact point (section 3).
 """
 
 from dataclasses import dataclass
+from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
@@ -19,13 +20,16 @@ from billiard_shot.impact import friction
 from billiard_shot.impact.laws import LAWS, POISSON
 from billiard_shot.status import BUDGET_EXCEEDED, NEGATIVE_ENERGY, OK, Status
 
+IS_COMPILED = find_spec('numba') is not None
+"""Whether the scheme is compiled when it is first called; if not, it takes 200 times as long."""
+
 
 def compiled(function: Any) -> Any:
-    """Compile a function when it is first called, if numba is installed."""
-    try:
-        from numba import njit
-    except ImportError:
+    """Let numba compile a function when it is first called, if numba is installed."""
+    if not IS_COMPILED:
         return function
+    from numba import njit
+
     return njit(cache=True, error_model='numpy')(function)
 
 

@@ -8,7 +8,6 @@ from time import perf_counter
 import numpy as np
 from numpy.typing import ArrayLike
 
-from billiard_shot import machine_code
 from billiard_shot.scene import Scene, SceneLike
 from billiard_shot.scene.parameters import rows_of_parameters
 from billiard_shot.scene.values import as_floats, LARGEST, positive, whole
@@ -32,7 +31,7 @@ from billiard_shot.table.task import (
     run_with_events,
     TableTask,
 )
-from billiard_shot.table.threads import in_threads, INTERPRETED_AT_MOST
+from billiard_shot.table.threads import in_threads
 
 
 def simulate(
@@ -159,8 +158,6 @@ def simulate_batch(
     end = math.inf if until is None else positive('until', until, 's')
     tables = table_states(states, present)
     times = _times(at)
-    if len(tables) > INTERPRETED_AT_MOST:
-        machine_code.require()
 
     def simulate_rows(scene: Scene, rows: TableStates) -> TableBatch:
         starts = rows.starts()

@@ -9,8 +9,6 @@ from typing import TypeVar
 
 T = TypeVar('T')
 
-INTERPRETED_AT_MOST = 100  # tables or strokes: a larger batch waits for machine code
-
 
 def in_threads(work: Callable[[slice], T], count: int, workers: int | None = None) -> list[T]:
     """

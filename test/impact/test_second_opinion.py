@@ -1,9 +1,5 @@
 """`collide` against the slow check, and against itself at other tolerances."""
 
-import os
-import subprocess
-import sys
-
 import numpy as np
 import pytest
 from setups import (
@@ -20,6 +16,7 @@ from setups import (
 from slow_check import slow_collide
 from test_properties import random_bodies
 
+from billiard_shot import machine_code
 from billiard_shot.status import Status
 
 LAWS = ('bistiffness', 'energetic')
@@ -125,25 +122,14 @@ def test_two_balls_with_any_ratio_of_stiffness():
         agree(setup, 3e-6, law='bistiffness')
 
 
-def test_same_numbers_without_the_compiler():
-    program = (
-        'import sys; sys.path.insert(0, "test")\n'
-        'from setups import *\n'
-        'for law in ("bistiffness", "energetic"):\n'
-        '    r = run(shot(*SHOTS["vertical"]), law=law, tolerance=1e-6)\n'
-        '    print(*[x.hex() for x in (*r.velocities[1], *r.spins[1])])\n'
-        'r = run(shot((-.8, .3, .4), (2, .5, -1), end_mass=.01), tolerance=1e-6)\n'
-        'print(*[x.hex() for x in (*r.velocities[1], *r.spins[1])])\n'
-    )
-    root = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
-    answers = []
-    for off in ('0', '1'):
-        environment = {**os.environ, 'BILLIARD_SHOT_INTERPRET': off, 'PYTHONPATH': root}
-        done = subprocess.run(
-            [sys.executable, '-c', program], cwd=root, env=environment, text=True,
-            capture_output=True, check=True, timeout=300,
-        )  # fmt: skip
-        lines = done.stdout.splitlines()
-        answers.append([[float.fromhex(x) for x in line.split()] for line in lines])
-    for compiled, plain in zip(*answers, strict=True):
-        np.testing.assert_allclose(plain, compiled, rtol=1e-8, atol=1e-8)
+def test_interpreted_it_gives_the_same_numbers(monkeypatch):
+    vertical, light = shot(*SHOTS['vertical']), shot((-0.8, 0.3, 0.4), (2, 0.5, -1), end_mass=0.01)
+
+    def answers():
+        results = [run(vertical, law=law, tolerance=1e-6) for law in LAWS]
+        results.append(run(light, tolerance=1e-6))
+        return [(each.velocities[1], each.spins[1]) for each in results]
+
+    compiled = answers()
+    monkeypatch.setattr(machine_code, 'is_loaded', lambda: False)
+    np.testing.assert_allclose(answers(), compiled, rtol=1e-8, atol=1e-8)

@@ -304,6 +304,28 @@ def test_deactivate_disarms(cell):
     assert cell.player.execute(cell.goal('anew')).result.outcome == GoalOutcome.OK
 
 
+def test_a_goal_has_a_result_if_the_node_is_cleaned_up_at_once(cell):
+    """Before, the action was withdrawn before it had sent the result."""
+    change = PatientCaller(cell.player, ChangeState, f'{SPACE}/cue_driver/change_state')
+    cell.wait_for_services(change)
+    ended = cell.begin(cell.goal('cleaned up'))
+    cell.reach(SafetyState.AIMING)
+    answers = [
+        change.client.call_async(ChangeState.Request(transition=Transition(id=number)))
+        for number in (
+            Transition.TRANSITION_DEACTIVATE,
+            Transition.TRANSITION_CLEANUP,
+            Transition.TRANSITION_CONFIGURE,
+            Transition.TRANSITION_ACTIVATE,
+        )
+    ]
+    assert cell.player.until(ended.done, PATIENCE)
+    assert ended.result().result.outcome == GoalOutcome.DISARMED
+    assert cell.player.until(lambda: all(each.done() for each in answers), PATIENCE)
+    assert all(each.result().success for each in answers)
+    cell.reach(SafetyState.DISARMED)
+
+
 def test_a_late_brake_is_a_fault(cell):
     put = PatientCaller(cell.player, SetParameters, f'{SPACE}/cue_sim/set_parameters')
     cell.wait_for_services(put)

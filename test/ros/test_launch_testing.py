@@ -30,7 +30,7 @@ import rclpy
 from rclpy.executors import SingleThreadedExecutor
 
 FILE = Path(__file__).resolve().parents[2] / 'launch' / 'shot.launch.py'
-START_UP = 180.0  # s; the library may have to be compiled
+START_UP = 120.0  # s; the machine may be busy
 HELD = ExitStack()  # until the process ends
 DOMAIN = HELD.enter_context(domain_id())
 NODES = {'predictor', 'planner', 'table_display', 'cue_driver', 'cue_sim', 'table_sim'}

@@ -3,7 +3,6 @@
 from dataclasses import replace
 from math import pi
 import os
-from types import SimpleNamespace
 
 import pytest
 
@@ -13,9 +12,8 @@ from billiard_shot_msgs.action import PlanShot
 from ros2 import as_yaml
 from std_msgs.msg import Header
 
-from billiard_shot import machine_code, plan, predict, Scene, Stroke
+from billiard_shot import plan, predict, Scene, Stroke
 from billiard_shot.ros import conversions, plan_conversions
-from billiard_shot.ros.node_runner import PROGRESS_PERIOD, wait_for_library
 from billiard_shot.ros.terminal import say, TypedLines
 
 SCREEN = 60
@@ -84,19 +82,3 @@ def test_typed_lines_are_taken_one_by_one_without_waiting(monkeypatch):
         assert lines.next() == 'now'
         keyboard.close()
         assert lines.next() is None
-
-
-@pytest.mark.parametrize('is_complete', [True, False])
-def test_a_start_tells_of_compiling_only_if_something_is_compiled(is_complete, monkeypatch):
-    """Before, `8 of 8 parts` was told while the parts were loaded on a busy machine."""
-    said = []
-    node = SimpleNamespace(get_logger=lambda: SimpleNamespace(info=said.append))
-
-    def require(report=None):
-        if report:
-            report(8, 8, 2.0 * PROGRESS_PERIOD)
-
-    monkeypatch.setattr(machine_code, 'is_complete', lambda: is_complete)
-    monkeypatch.setattr(machine_code, 'require', require)
-    wait_for_library(node)
-    assert bool(said) != is_complete

@@ -189,3 +189,11 @@ def test_order_is_not_turned_by_one_bad_answer():
     points[2] = point(1e-3, 0.5)
     assert accuracy.order(points) == pytest.approx(2.0)
     assert math.isnan(accuracy.order(points[:1]))
+
+
+def test_the_impulse_scheme_is_left_out_if_it_is_not_compiled(monkeypatch):
+    monkeypatch.setattr(accuracy.impulse_scheme, 'IS_COMPILED', False)
+    tasks, left_out = accuracy.tasks(PAPER, {'sliding': SLIDING})
+    assert tasks
+    assert not any(task.method.name == 'impulse scheme' for task in tasks)
+    assert any('without numba' in line for line in left_out)

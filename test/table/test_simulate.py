@@ -252,30 +252,18 @@ def test_no_friction_at_all_never_rests():
     assert run.at(1e3)['one'].motion == Motion.SLIDE
 
 
-def test_without_the_jit():
-    code = (
-        'from billiard_shot.scene import Scene\n'
-        'from billiard_shot.table.simulate import simulate\n'
-        'from billiard_shot.table.trajectory import BallState\n'
-        's = Scene.load("pool_table")\n'
-        'run = simulate(s, {"cue": BallState((0, 0, .028575), (2, .3, 0), (9, 8, 7)),'
-        ' "1": BallState((.3, .05, .028575)), "2": BallState((-1, .2, .028575), (1, 1, 1))})\n'
-        'ends = run.final_position.values()\n'
-        'print(*(x for end in ends for x in end.tolist()), run.status.value)\n'
-    )
-    results = []
-    for disabled in ('0', '1'):
-        environment = os.environ | {'BILLIARD_SHOT_INTERPRET': disabled}
-        out = subprocess.run(
-            [sys.executable, '-c', code],
-            env=environment,
-            capture_output=True,
-            text=True,
-            check=True,
-            timeout=120,
-        )
-        results.append(np.array(out.stdout.split(), float))
-    assert results[0] == pytest.approx(results[1], rel=1e-9, abs=1e-9)
+def test_interpreted_it_moves_the_balls_alike(monkeypatch):
+    states = {
+        'cue': state(0, 0, (2, 0.3, 0), (9, 8, 7)),
+        '1': state(0.3, 0.05),
+        '2': state(-1, 0.2, (1, 1, 1)),
+    }
+    compiled = simulate(POOL, states)
+    monkeypatch.setattr(machine_code, 'is_loaded', lambda: False)
+    interpreted = simulate(POOL, states)
+    assert compiled.status == interpreted.status
+    for name, place in compiled.final_position.items():
+        assert interpreted.final_position[name] == pytest.approx(place, rel=1e-9, abs=1e-9)
 
 
 def test_an_impact_of_several_balls_is_the_same_interpreted(monkeypatch):

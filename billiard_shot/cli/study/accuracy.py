@@ -6,7 +6,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 from billiard_shot import Scene
-from billiard_shot.cli.progress import progress, wait_for_machine_code
+from billiard_shot.cli.progress import progress
 from billiard_shot.cli.shots import add_scene_argument, scene_name
 from billiard_shot.cli.text_table import add_format_arguments, Column, print_rows, wants_text
 from billiard_shot.cli.workers import add_work_arguments, mapped
@@ -48,7 +48,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Measure, print, write."""
-    wait_for_machine_code()
     from billiard_shot.study import accuracy
 
     name = scene_name(options)

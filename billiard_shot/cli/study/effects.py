@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from billiard_shot import Scene
-from billiard_shot.cli.progress import reporting, wait_for_machine_code
+from billiard_shot.cli.progress import reporting
 from billiard_shot.cli.shots import add_scene_argument, scene_name
 from billiard_shot.cli.text_table import (
     add_format_arguments,
@@ -53,7 +53,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Measure, print, draw."""
-    wait_for_machine_code()
     name = scene_name(options)
     scene = Scene.load(name)
     if strokes_given(options):

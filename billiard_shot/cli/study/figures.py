@@ -2,9 +2,8 @@
 
 import argparse
 from pathlib import Path
-import sys
 
-from billiard_shot.cli.progress import progress, wait_for_machine_code
+from billiard_shot.cli.progress import progress
 from billiard_shot.scene.errors import must_be_one_of, reason
 
 
@@ -39,8 +38,6 @@ def run(options: argparse.Namespace) -> int:
         options.folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise ValueError(f'--output: {reason(error)}') from None
-    if not wait_for_machine_code():
-        print('without numba, all figures take about ten minutes', file=sys.stderr, flush=True)
     for name in progress(options.names or list(FIGURES), 'figures'):
         path = options.folder / f'{name}.png'
         FIGURES[name](path)

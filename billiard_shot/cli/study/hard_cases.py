@@ -4,7 +4,7 @@ import argparse
 import math
 from typing import Any
 
-from billiard_shot.cli.progress import progress, wait_for_machine_code
+from billiard_shot.cli.progress import progress
 from billiard_shot.cli.text_table import add_format_arguments, Column, print_rows, wants_text
 from billiard_shot.cli.workers import add_work_arguments, mapped
 
@@ -53,7 +53,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Solve and print; 1 if a check fails."""
-    wait_for_machine_code()
     from billiard_shot.study.hard_cases import families
 
     chosen = [

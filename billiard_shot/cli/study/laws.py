@@ -5,7 +5,7 @@ from functools import partial
 from pathlib import Path
 
 from billiard_shot import Scene, Stroke
-from billiard_shot.cli.progress import progress, wait_for_machine_code
+from billiard_shot.cli.progress import progress
 from billiard_shot.cli.shots import add_scene_argument, scene_name
 from billiard_shot.cli.text_table import add_format_arguments, Column, print_rows, wants_text
 from billiard_shot.cli.workers import add_work_arguments, mapped
@@ -65,7 +65,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Compare, print, draw."""
-    wait_for_machine_code()
     import numpy as np
 
     from billiard_shot.study import laws

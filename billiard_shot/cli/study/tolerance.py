@@ -4,7 +4,7 @@ import argparse
 from dataclasses import asdict
 from pathlib import Path
 
-from billiard_shot.cli.progress import progress, wait_for_machine_code
+from billiard_shot.cli.progress import progress
 from billiard_shot.cli.text_table import (
     add_format_arguments,
     Column,
@@ -56,7 +56,6 @@ def run(options: argparse.Namespace) -> int:
     """Measure, print, draw."""
     if options.count < 1:
         raise ValueError(f'--count must be at least 1, got {options.count}')
-    wait_for_machine_code()
     study = study_tolerances(shots=options.count, judged=10 * options.count)
     studied = list(progress(study, 'tolerance', len(SHOT_TOLERANCES)))
     print_rows(TOLERANCE_COLUMNS, [asdict(each) for each in studied], options)
