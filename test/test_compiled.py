@@ -17,7 +17,6 @@ def test_a_table_has_the_arguments_of_its_call_whatever_was_called_before():
     mixed = *one[:-1], other[-1]
     first, second, third = (compiled.table(*args) for args in (one, other, mixed))
     assert len({first, second, third}) == 3
-    assert first[: len(first) // 2] != second[: len(first) // 2]
     assert [compiled.table(*args) for args in (one, one, other, mixed)] == [
         first,
         first,

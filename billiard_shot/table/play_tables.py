@@ -282,11 +282,10 @@ def play_tables(
     """
     Play a stroke at each of many tables, or simulate them without, one after the other.
 
-    Everything that depends on numbers alone is done here, so that all callers find the same.
-    Python adds words: messages, and names of balls. It also adds how far the results of law
-    `energetic` jump (shot/discontinuity.py), and gives larger arrays for segments, events and
-    phases if those did not hold them all. Strokes are vectors: `write_vectors` in shot/raising.py
-    makes them of offsets.
+    Statuses, errors and repetitions are decided here, so that all callers find the same. The
+    callers make vectors of offsets (`axes` in shot/stroke.py), and give larger arrays if segments,
+    events or phases did not fit. Python adds messages, and how far the outcomes of law `energetic`
+    jump (shot/discontinuity.py); other callers find no jumps.
 
     Parameters
     ----------
