@@ -8,7 +8,9 @@ The inner functions of the library are plain Python. `inner` and `innermost` not
 from collections.abc import Callable
 import ctypes
 from functools import cached_property
+from operator import is_
 import struct
+import threading
 from typing import Any, NamedTuple, ParamSpec, TypeVar
 
 from billiard_shot import machine_code
@@ -53,14 +55,20 @@ class Entry:
     function : callable
     example : callable
         Makes arguments in a storage, which show their types.
+    kept : int
+        See `entry`.
 
     """
 
     def __init__(
-        self, function: Callable[..., Any], example: Callable[[Storage], tuple[Any, ...]]
+        self,
+        function: Callable[..., Any],
+        example: Callable[[Storage], tuple[Any, ...]],
+        kept: int = 0,
     ) -> None:
         self.function = function
         self.example = example
+        self.kept = kept
         self.interpreted = Run(OBJECTS, function)
         self.__doc__ = function.__doc__
 
@@ -86,28 +94,52 @@ class Entry:
         """
         library, name = machine_code.library(), self.function.__name__
         assert library is not None
-        arguments = library.description['entries'][name]['arguments']
-        return Run(ROWS, caller(library.functions[name], arguments))
+        function = library.functions[name]
+        function.argtypes, function.restype = [ctypes.c_char_p], ctypes.c_int64
+        table = table_of(library.description['entries'][name]['arguments'], self.kept)
+        return Run(ROWS, lambda *args: function(table(*args)))
 
 
-def entry(example: Callable[[Storage], tuple[Any, ...]]) -> Callable[[Callable[..., Any]], Entry]:
-    """Make a function an `Entry`."""
-    return lambda function: Entry(function, example)
+def entry(
+    example: Callable[[Storage], tuple[Any, ...]], kept: int = 0
+) -> Callable[[Callable[..., Any]], Entry]:
+    """
+    Make a function an `Entry`.
+
+    The last `kept` of its arguments are put into the table anew only if they are not the objects
+    of the last call in this thread: a table of 185 numbers takes longer than all else of a call.
+    """
+    return lambda function: Entry(function, example, kept)
+
+
+def table_of(arguments: list[dict[str, Any]], kept: int) -> Callable[..., bytes]:
+    """Make a function that puts arguments into a table; the last are kept, see `entry`."""
+    new = len(arguments) - kept
+    pack_new, pack_kept = packer(arguments[:new]), packer(arguments[new:])
+    last = threading.local()
+
+    def table(*args: Any) -> bytes:
+        same = args[new:]
+        if not hasattr(last, 'part') or not all(map(is_, same, last.arguments)):
+            last.arguments, last.part = same, pack_kept(*same)
+        part: bytes = last.part
+        return pack_new(*args[:new]) + part
+
+    return table
 
 
 _FORMATS = {'f8': 'd', 'i8': 'q', 'b1': '?7x'}  # of `struct`; a number takes eight bytes
 
 
-def caller(function: Any, arguments: list[dict[str, Any]]) -> Callable[..., Any]:
+def packer(arguments: list[dict[str, Any]]) -> Callable[..., bytes]:
     """
-    Make a function that puts its arguments into a table, and calls a function of the library.
+    Make a function that packs arguments into a table.
 
     It is written for these arguments, and runs several times as fast as a loop over them. For an
     array, the table has its address and its shape. NumPy documents that the structure of an array
     begins with the address (`PyArrayObject.data`), after the head that all objects of CPython
     have; `array.ctypes.data` takes seven times as long.
     """
-    function.argtypes, function.restype = [ctypes.c_char_p], ctypes.c_int64
     values: list[str] = []
     formats: list[str] = []
 
@@ -125,13 +157,10 @@ def caller(function: Any, arguments: list[dict[str, Any]]) -> Callable[..., Any]
             formats.append(_FORMATS[argument['kind']])
         return variable
 
-    names = ', '.join(map(name, arguments))
+    names = ''.join(f'{name(argument)}, ' for argument in arguments)
     made: dict[str, Any] = {
         'address': ctypes.c_size_t.from_address,
         'pack': struct.Struct(f'<{"".join(formats)}').pack,
-        'function': function,
     }
-    exec(
-        f'def call(*args):\n ({names},) = args\n return function(pack({", ".join(values)}))', made
-    )
-    return made['call']
+    exec(f'def packed(*args):\n ({names}) = args\n return pack({", ".join(values)})', made)
+    return made['packed']

@@ -30,22 +30,22 @@ def pytest_sessionstart() -> None:
             provide()
         except ModuleNotFoundError as error:
             warnings.warn(f'no library is built: {error.name} is not installed', stacklevel=1)
-    compiled.caller = _checked_caller
+    compiled.table_of = _checked_table_of
 
 
-def _checked_caller(function: Any, arguments: list[dict[str, Any]]) -> Callable[..., Any]:
-    """Make a function that checks its arguments before it calls; nobody else checks them."""
-    call = _caller(function, arguments)
+def _checked_table_of(arguments: list[dict[str, Any]], kept: int) -> Callable[..., bytes]:
+    """Make a function that checks arguments before they are in a table; nobody else does."""
+    table = _table_of(arguments, kept)
 
-    def checked(*args: Any) -> Any:
+    def checked(*args: Any) -> bytes:
         for argument, value in zip(arguments, args, strict=True):
             check(argument, value)
-        return call(*args)
+        return table(*args)
 
     return checked
 
 
-_caller = compiled.caller
+_table_of = compiled.table_of
 NUMBERS = {'f8': float, 'i8': (int, np.int64), 'b1': (bool, np.bool_)}
 
 
