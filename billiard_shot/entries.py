@@ -10,6 +10,7 @@ ENTRIES = (
     'billiard_shot.planning.score:score_tables',
     'billiard_shot.planning.direct_shots:find_direct_shots',
     'billiard_shot.planning.open_pockets:count_open_pockets',
+    'billiard_shot.shot.stroke_vectors:write_strokes',
     'billiard_shot.shot.raising:write_clear_elevations',
 )
 # Layers import from earlier ones. `impact` does not import from `scene`.

@@ -71,13 +71,19 @@ def library() -> Library | None:
 
 
 def library_at(path: Path) -> Library:
-    """
-    Load a library.
+    """Load a library; raise as `description_of`, or OSError if it is of another system."""
+    description = description_of(path)
+    for name, layout in description['records'].items():
+        module, _, record = name.partition(':')
+        # The others are laid out by the same rules; to import them takes longer than all the rest.
+        if module in sys.modules and layout_of(getattr(sys.modules[module], record)) != layout:
+            raise ValueError(f'{path} has another layout of {record}')
+    return Library(ctypes.CDLL(str(path)), description)
 
-    Parameters
-    ----------
-    path : Path
-        The library; its description is beside it.
+
+def description_of(path: Path) -> dict[str, Any]:
+    """
+    Return the description of a library, which is beside it.
 
     Raises
     ------
@@ -89,13 +95,8 @@ def library_at(path: Path) -> Library:
     if not isinstance(description, dict) or description.get('sources') != sources():
         raise ValueError(f'{path} was built from other sources')
     if description['files'].get(path.name) != hashlib.sha256(path.read_bytes()).hexdigest():
-        raise ValueError(f'{path} is damaged')  # its loader would crash
-    for name, layout in description['records'].items():
-        module, _, record = name.partition(':')
-        # The others are laid out by the same rules; to import them takes longer than all the rest.
-        if module in sys.modules and layout_of(getattr(sys.modules[module], record)) != layout:
-            raise ValueError(f'{path} has another layout of {record}')
-    return Library(ctypes.CDLL(str(path)), description)
+        raise ValueError(f'{path} is damaged')  # to load it would crash
+    return description
 
 
 def _candidates() -> Iterator[Path]:

@@ -293,8 +293,8 @@ def test_pages_show_the_pictures_that_are_there():
 
 def test_every_block_is_of_a_known_kind():
     kinds = {language for _, _, language, _ in BLOCKS}
-    # yaml: test/scene/test_check.py
-    assert kinds <= {'python', 'sh', 'console', 'yaml', 'text', 'diff'}
+    # yaml: test/scene/test_check.py; js, c: test/embed/test_export.py
+    assert kinds <= {'python', 'sh', 'console', 'yaml', 'text', 'diff', 'js', 'c'}
     assert {tag for _, tag, _, _ in BLOCKS if tag} == {'ros2'}
 
 

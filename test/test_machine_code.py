@@ -222,10 +222,10 @@ BUILD = """
 import shutil, sys
 from pathlib import Path
 from billiard_shot.compiler import build
-def slow(folder):
+def slow(folder, targets):
     print('builds', flush=True)
     input()
-    for file in Path(sys.argv[1]).iterdir():
+    for file in set(Path(sys.argv[1]).iterdir()) - {Path(sys.argv[1], 'lock')}:
         shutil.copy(file, folder)
 build._build_apart = slow
 build.provide()

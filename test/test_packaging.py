@@ -15,6 +15,7 @@ import zipfile
 import pytest
 import yaml
 
+from billiard_shot import machine_code
 from billiard_shot.scene.bundled import scene_names, scene_path
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -49,7 +50,7 @@ def checkout(tmp_path_factory):
 def built(checkout):
     """Return the folder with the source archive, and the wheel that was made from it alone."""
     pytest.importorskip('build')
-    run(sys.executable, '-m', 'build', cwd=checkout)
+    run(sys.executable, '-m', 'build', '--no-isolation', cwd=checkout)
     return checkout / 'dist'
 
 
@@ -69,6 +70,8 @@ def test_versions_agree():
     versions = {
         ET.parse(ROOT / folder / 'package.xml').findtext('version') for folder in ('.', 'msg_defs')
     }
+    page = ROOT / 'billiard_shot' / 'embed' / 'web' / 'package.json'
+    versions.add(json.loads(page.read_text())['version'])
     assert len(versions) == 1
     assert f"version='{versions.pop()}'" in (ROOT / 'setup.py').read_text()
 
@@ -166,6 +169,42 @@ def test_wheel_has_scenes_the_page_and_what_ros_looks_for(wheel):
     assert not [name for name in names if name.startswith(('test', 'benchmarks'))]
 
 
+@pytest.mark.skipif(not machine_code.is_loaded(), reason='needs machine code')
+def test_wheel_has_the_library_and_fits_every_python(wheel):
+    made = {'description.json', 'COPYRIGHT.musl', f'{machine_code.LIBRARY}.so', 'wasm32.wasm'}
+    made.add('billiard_shot.h')
+    names = zipfile.ZipFile(wheel).namelist()
+    assert {name.rpartition('/')[2] for name in names if '/library/' in name} == made
+    assert re.fullmatch(r'billiard_shot-[^-]*-py3-none-manylinux.*\.whl', wheel.name)
+
+
+def test_without_tools_the_wheel_is_pure_and_a_warning_says_so(checkout, tmp_path):
+    """As where there is no numba for the system."""
+    program = (
+        'import runpy, sys; sys.modules["numba"] = None\n'
+        f'sys.argv[1:] = ["-q", "bdist_wheel", "--dist-dir", {str(tmp_path)!r}]\n'
+        'runpy.run_path("setup.py", run_name="__main__")'
+    )
+    sources = shutil.copytree(checkout, tmp_path / 'sources')
+    done = subprocess.run(
+        [sys.executable, '-c', program], cwd=sources, capture_output=True, text=True, check=True
+    )
+    (wheel,) = tmp_path.glob('*.whl')
+    assert wheel.name.endswith('-py3-none-any.whl')
+    assert not [name for name in zipfile.ZipFile(wheel).namelist() if '/library/' in name]
+    assert (done.stdout + done.stderr).count('without machine code') == 1
+
+
+@pytest.mark.slow
+def test_an_isolated_build_gets_its_tools(checkout, tmp_path):
+    """As `pip install .` does it; the library itself is there already."""
+    pytest.importorskip('build')
+    run(sys.executable, '-m', 'build', '--wheel', '--outdir', tmp_path, cwd=checkout)
+    (wheel,) = tmp_path.glob('*.whl')
+    names = zipfile.ZipFile(wheel).namelist()
+    assert f'billiard_shot/library/{machine_code.LIBRARY}.so' in names
+
+
 def test_source_archive_has_all_that_tests_and_docs_need(built):
     with tarfile.open(next(built.glob('*.tar.gz'))) as opened:
         names = {name.partition('/')[2] for name in opened.getnames()}
@@ -194,7 +233,7 @@ def test_pip_install_into_an_empty_environment(wheel, tmp_path):
         name: value
         for name, value in os.environ.items()
         if name not in ('PYTHONPATH', 'LD_LIBRARY_PATH', 'VIRTUAL_ENV')
-    }
+    } | {'BILLIARD_SHOT_CACHE': str(tmp_path / 'cache')}
     run(scripts / 'python', '-m', 'pip', 'install', '-q', wheel, env=clean)
     strokes = tmp_path / 'strokes.yaml'
     strokes.write_text('- {normal: [-1, -1, 0], velocity: [0.8, 0, 0]}\n')
@@ -206,7 +245,7 @@ def test_pip_install_into_an_empty_environment(wheel, tmp_path):
         text=True,
         check=True,
     )
-    assert not done.stderr  # one prediction is not worth a word about numba
+    assert not done.stderr  # it has its machine code
     assert json.loads(done.stdout)['velocity'][0] == pytest.approx(0.6335672927, abs=1e-4)
 
 

@@ -32,6 +32,7 @@ COMMANDS = {  # and what each does
     'scene': 'list the bundled scenes, show a scene with its defaults, or check files',
     'compile': 'compile the library to machine code, once for each version',
     'study': 'measure the method: its accuracy and cost, and what it reproduces',
+    'export': 'write a scene for pages (JavaScript) or C, with the compiled core',
     'urdf': 'print the mechanical cue as a robot model (URDF)',
     'completion': 'print a script that completes commands and options in bash or zsh',
 }

@@ -7,23 +7,26 @@ from billiard_shot.compiler.build import provide
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add no options."""
-    del parser
+    """Add the targets."""
+    parser.add_argument(
+        'targets',
+        nargs='*',
+        metavar='TARGET',
+        help='linux-x86_64, linux-aarch64 or wasm32; by default this machine',
+    )
 
 
 def run(options: argparse.Namespace) -> int:
     """Build, and print the folder of the library."""
-    del options
     try:
-        folder = provide()
+        folder = provide(*options.targets)
     except ModuleNotFoundError as error:
         print(
-            f'billiard-shot: nothing is compiled, because {error.name} is not installed: '
-            "pip install 'billiard_shot[build]'",
+            f"billiard-shot: nothing is compiled: {error}: pip install 'billiard_shot[build]'",
             file=sys.stderr,
         )
         return 1
-    except (OSError, RuntimeError, ValueError) as error:
+    except (OSError, RuntimeError) as error:
         print(f'billiard-shot: nothing is compiled: {error}', file=sys.stderr)
         return 1
     print(f'compiled, in {folder}')

@@ -1,8 +1,9 @@
-"""`python -m billiard_shot.compiler FOLDER [TARGET ...]`: build the library into a folder."""
+"""`python -m billiard_shot.compiler FOLDER TARGET ...`: build the library into a folder."""
 
 from pathlib import Path
 import sys
 
 from billiard_shot.compiler.build import build
 
-build(Path(sys.argv[1]), *([sys.argv[2:]] if sys.argv[2:] else []))
+if __name__ == '__main__':
+    build(Path(sys.argv[1]), sys.argv[2:])

@@ -1,8 +1,8 @@
 """The library of these sources: built once, and kept where `billiard_shot.machine_code` looks."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 import hashlib
 from importlib import import_module
 from importlib.util import find_spec
@@ -12,11 +12,12 @@ from pathlib import Path
 import shutil
 import subprocess
 import sys
-import tempfile
+from typing import Any
 
 from billiard_shot import machine_code
 from billiard_shot.compiled import Entry
 from billiard_shot.compiler.description import describe
+from billiard_shot.compiler.header import HEADER, header_of
 from billiard_shot.entries import ENTRIES
 
 try:
@@ -24,34 +25,55 @@ try:
 except ImportError:  # Windows: two processes may build the same, which harms nothing
     lockf = None  # type: ignore[assignment]
 
-KEPT = 8  # libraries that stay: of the sources that were built last
-EVERYWHERE = 'wasm'  # the target beside that of this machine
+KEPT = 8  # libraries that stay: of the sources that were asked for last
+CAPTURED = 'entries.bc'  # what all targets are built from
 
 
-def provide() -> Path:
-    """Return the folder with the library of these sources; build it if it is not there."""
+def provide(*targets: str) -> Path:
+    """
+    Return the folder with the library of these sources; build what is missing.
+
+    Parameters
+    ----------
+    *targets : str
+        By default this machine.
+
+    Raises
+    ------
+    ModuleNotFoundError
+        If a tool of the build is not installed.
+    OSError, RuntimeError
+        If the library cannot be built.
+
+    """
     folder = machine_code.built()
     folder.mkdir(parents=True, exist_ok=True)
     with _locked(folder / 'lock'):
-        if not _is_there(folder):
-            with tempfile.TemporaryDirectory() as scratch:
-                _build_apart(scratch)
-                files = sorted(Path(scratch).iterdir(), key=_is_description)  # the last one
-                for file in files:
-                    shutil.copy(file, folder / f'{file.name}.new')
-                    os.replace(folder / f'{file.name}.new', folder / file.name)
+        wanted = targets or (machine_code.LIBRARY,)
+        missing = [each for each in wanted if not any(map(_is_sound, folder.glob(f'{each}.*')))]
+        if missing:
+            _build_apart(folder, missing)
         os.utime(folder)
         remove_old(folder.parent)
     return folder
 
 
-def _build_apart(folder: str) -> None:
+def pack(folder: Path) -> None:
+    """Put the library for this machine, and the one for browsers, into a folder of a wheel."""
+    made = provide(machine_code.LIBRARY, 'wasm32')
+    folder.mkdir(parents=True, exist_ok=True)
+    for file in made.iterdir():
+        if file.name not in (CAPTURED, 'lock'):
+            shutil.copy(file, folder)
+
+
+def _build_apart(folder: Path, targets: list[str]) -> None:
     """Build in another process: numba cannot be used for anything else after a capture."""
     for tool in ('numba', 'ziglang'):
         if find_spec(tool) is None:
             raise ModuleNotFoundError(f'{tool} is not installed', name=tool)
     done = subprocess.run(
-        [sys.executable, '-m', 'billiard_shot.compiler', folder],
+        [sys.executable, '-m', 'billiard_shot.compiler', folder, *targets],
         cwd=Path(__file__).parents[2],  # there it finds the same package
         capture_output=True,
         text=True,
@@ -61,23 +83,18 @@ def _build_apart(folder: str) -> None:
         raise RuntimeError(done.stderr.strip()[-2000:] or f'exit code {done.returncode}')
 
 
-def build(folder: Path, targets: Sequence[str] = (machine_code.LIBRARY, EVERYWHERE)) -> None:
+def build(folder: Path, targets: list[str]) -> None:
     """
-    Write the library, its description, and the licence of the functions in it.
+    Write the library for targets, its description, its header, and the licence of what is in it.
 
     Parameters
     ----------
     folder : Path
-    targets : sequence of str
+        If it has the captured code already, that is used.
+    targets : list of str
         Names of `TARGETS`.
 
-    Raises
-    ------
-    ValueError
-        If the library cannot be built for a target.
-
     """
-    from billiard_shot.compiler.capture import capture
     from billiard_shot.compiler.targets import compile_for, LICENCE, TARGETS
 
     unknown = set(targets) - set(TARGETS)
@@ -85,39 +102,48 @@ def build(folder: Path, targets: Sequence[str] = (machine_code.LIBRARY, EVERYWHE
         raise ValueError(
             f'the library cannot be built for {", ".join(unknown)}; only for {", ".join(TARGETS)}'
         )
-    entries = [_entry(name) for name in ENTRIES]
-    description = describe(entries)
-    bitcode, names = capture(entries).as_bitcode(), list(description['entries'])
+    code = folder / CAPTURED
+    if _is_sound(code):
+        description = machine_code.description_of(code)
+    else:
+        from billiard_shot.compiler.capture import capture
+
+        entries = [_entry(name) for name in ENTRIES]
+        description = describe(entries)
+        _write(code, capture(entries), description)
+        _write(folder / 'COPYRIGHT.musl', LICENCE.read_bytes(), description)
+        _write(folder / HEADER, header_of(description, entries).encode(), description)
     with ProcessPoolExecutor(min(len(targets), os.cpu_count() or 1)) as pool:
         running = [
-            pool.submit(compile_for, TARGETS[target], bitcode, names, folder) for target in targets
+            pool.submit(compile_for, TARGETS[target], code, list(description['entries']))
+            for target in targets
         ]
-        for each in running:
-            each.result()
-    for target in targets:
-        file = folder / TARGETS[target].file
-        description['files'][file.name] = hashlib.sha256(file.read_bytes()).hexdigest()
-    shutil.copy(LICENCE, folder / 'COPYRIGHT.musl')
-    (folder / machine_code.DESCRIPTION).write_text(json.dumps(description, indent=1))
+        for target, made in zip(targets, running, strict=True):
+            _write(folder / TARGETS[target].file, made.result(), description)
+
+
+def _write(file: Path, content: bytes, description: dict[str, Any]) -> None:
+    """Write a file, and the description that names it."""
+    description['files'][file.name] = hashlib.sha256(content).hexdigest()
+    described = json.dumps(description, indent=1).encode()
+    for path, each in ((file, content), (file.with_name(machine_code.DESCRIPTION), described)):
+        path.with_suffix('.new').write_bytes(each)
+        path.with_suffix('.new').replace(path)  # at once, for processes that read it
+
+
+def _is_sound(file: Path) -> bool:
+    """Whether a file of a library is of these sources, and as it was built."""
+    try:
+        machine_code.description_of(file)
+    except (OSError, ValueError):
+        return False
+    return True
 
 
 def _entry(name: str) -> Entry:
     module, function = name.split(':')
     found: Entry = getattr(import_module(module), function)
     return found
-
-
-def _is_there(folder: Path) -> bool:
-    """Whether a folder has a library that this process could load."""
-    for file in folder.glob(f'{machine_code.LIBRARY}.*'):
-        with suppress(OSError, ValueError):
-            machine_code.library_at(file)
-            return True
-    return False
-
-
-def _is_description(file: Path) -> bool:
-    return file.name == machine_code.DESCRIPTION
 
 
 def remove_old(root: Path) -> None:

@@ -93,9 +93,9 @@ class Inlined(compiler.Compiler):  # type: ignore[misc]
         return super().define_pipelines()
 
 
-def capture(entries: list[Entry]) -> Any:
+def capture(entries: list[Entry]) -> bytes:
     """
-    Return one module of LLVM with entries.
+    Return one module of LLVM with entries, as bitcode.
 
     For each entry, it has a function of its name that takes the address of a table of arguments,
     as the description of the library states it, and returns what the entry returns, or 0.
@@ -121,7 +121,8 @@ def capture(entries: list[Entry]) -> Any:
         translated.compile(types_of_arguments)
         description = translated.overloads[types_of_arguments].fndesc
         code.modules.append(_from_table(context, entry.function.__name__, description))
-    return code.linked()
+    linked: bytes = code.linked().as_bitcode()
+    return linked
 
 
 def _from_table(context: Any, name: str, description: Any) -> Any:

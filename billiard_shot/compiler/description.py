@@ -8,6 +8,7 @@ table of 64-bit words, and returns one:
     files     the SHA-256 of each file that was built from them
     entries   by name: `arguments`, and the number of `words` of their table
     records   by name (module:class): its `size`; name, offset, kind and shape of its `fields`
+    constants what whole numbers in records and arguments mean, by the name of their enumeration
 
 An argument has a `name` and a `kind`. Numbers are f8 (a double), i8 or b1. Their `slot` is their
 word in the table. An `array` is in C order. Its slot has its address, and the next slots have its
@@ -23,7 +24,10 @@ import numpy as np
 
 from billiard_shot import machine_code
 from billiard_shot.compiled import Entry
+from billiard_shot.planning.pot_directions import BallKind
 from billiard_shot.records import kind_of, layout_of, ROWS
+from billiard_shot.status import Status
+from billiard_shot.table.motion import Cause, Motion
 
 _NUMBERS = {float: 'f8', int: 'i8', bool: 'b1'}
 
@@ -36,6 +40,10 @@ def describe(entries: list[Entry]) -> dict[str, Any]:
         'files': {},
         'entries': {entry.function.__name__: _entry(entry, records) for entry in entries},
         'records': records,
+        'constants': {
+            kind.__name__: {each.name: int(each) for each in kind}
+            for kind in (Status, Motion, Cause, BallKind)
+        },
     }
 
 

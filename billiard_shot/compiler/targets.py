@@ -40,8 +40,8 @@ TARGETS = {
         'aarch64-linux-musl',
         _SHARED,
     ),
-    'wasm': Target(
-        'core.wasm',
+    'wasm32': Target(
+        'wasm32.wasm',
         'wasm32-unknown-unknown',
         'generic',
         'wasm32-wasi-musl',
@@ -65,24 +65,24 @@ _OPTIONS = (
 )
 
 
-def compile_for(target: Target, bitcode: bytes, entries: list[str], folder: Path) -> None:
+def compile_for(target: Target, code: Path, entries: list[str]) -> bytes:
     """
-    Write the library for a target.
+    Return the library for a target.
 
     Parameters
     ----------
     target : Target
-    bitcode : bytes
-        Of the captured module.
+    code : Path
+        The captured module.
     entries : list of str
         The functions that it exports.
-    folder : Path
 
     """
     with tempfile.TemporaryDirectory() as scratch:
-        made = Path(scratch, 'entries.o')
-        made.write_bytes(_optimized(target, bitcode, entries))
-        _link(target, made, folder / target.file, entries, scratch)
+        made, library = Path(scratch, 'entries.o'), Path(scratch, target.file)
+        made.write_bytes(_optimized(target, code.read_bytes(), entries))
+        _link(target, made, library, entries)
+        return library.read_bytes()
 
 
 def _optimized(target: Target, bitcode: bytes, entries: list[str]) -> bytes:
@@ -109,7 +109,7 @@ def _optimized(target: Target, bitcode: bytes, entries: list[str]) -> bytes:
     return machine.emit_object(module)
 
 
-def _link(target: Target, made: Path, library: Path, entries: list[str], scratch: str) -> None:
+def _link(target: Target, made: Path, library: Path, entries: list[str]) -> None:
     """Link an object file with the functions of musl that it calls."""
     musl = _LIBC / 'musl'
     headers = musl / 'src' / 'include', musl / 'src' / 'internal', musl / 'arch' / 'generic'
@@ -124,6 +124,7 @@ def _link(target: Target, made: Path, library: Path, entries: list[str], scratch
         *(library, made, *sources),
         musl / 'src' / 'string' / 'memset.c',
     )
+    scratch = str(library.parent)
     caches = {'ZIG_GLOBAL_CACHE_DIR': scratch, 'ZIG_LOCAL_CACHE_DIR': scratch}
     done = subprocess.run(
         command, env=os.environ | caches, cwd=scratch, capture_output=True, text=True, check=False

@@ -20,7 +20,7 @@ from billiard_shot.cue.mechanism import (
     UNITS,
 )
 from billiard_shot.records import Array
-from billiard_shot.shot.stroke import axes
+from billiard_shot.shot.stroke_vectors import axes
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -5,6 +5,7 @@ They are an interval: the opening of the pocket (pocket_openings.py), less the d
 other balls block the path.
 """
 
+from enum import IntEnum
 import math
 from typing import Any, NamedTuple
 
@@ -23,7 +24,16 @@ from billiard_shot.table.geometry import (
 from billiard_shot.table.params import BallClothParams, GATE_AUTO
 from billiard_shot.table.scene_params import ENDLESS
 
-NO_BALL, PRESENT, LEGAL = 0, 1, 2  # kinds of a ball: not on the table; on it; also a target
+
+class BallKind(IntEnum):
+    """How a ball is there for a direct shot."""
+
+    NO_BALL = 0  # not on the table
+    PRESENT = 1
+    LEGAL = 2  # also a target
+
+
+NO_BALL, PRESENT, LEGAL = map(int, BallKind)
 ARRIVALS = 1.0, 0.5, 2.0  # m/s, of the ball at the pocket; the best one often comes first
 CORNERS = 4
 SPEED_0, SPEED_COUNT = float(HOLE_SPEEDS[0]), len(HOLE_SPEEDS)

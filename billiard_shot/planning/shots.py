@@ -165,24 +165,12 @@ def shots(
     kinds[:, cue] = np.minimum(kinds[:, cue], PRESENT)
     kinds[~np.isfinite(places).all(axis=(1, 2)), cue] = NO_BALL
     spread = noise_of(scene, noise)
-    params, table = params_on_table(scene)
-    openings = openings_of(params, table)
+    openings_of(*params_on_table(scene))  # once, before the threads
 
     def find(part: slice) -> NDArray[np.void]:
         run = find_direct_shots.current()
-        storage, array = run.storage, run.storage.array
-        most = POCKETS * int((kinds[part] == LEGAL).sum()) + 1
-        found = storage.records(DirectShot, most)
-        count = run(
-            lay_out(storage, params, table),
-            array(openings),
-            array(AXES),
-            array(places[part]),
-            array(kinds[part]),
-            cue,
-            _player(storage, scene, spread, len(tables.names)),
-            found,
-        )
+        *given, found = arguments_of(run.storage, scene, spread, places[part], kinds[part], cue)
+        count = run(*given, found)
         rows = as_rows(DirectShot, found)[:count]
         rows['table'] += part.start
         return rows
@@ -197,6 +185,23 @@ def shots(
         for name in ('table', 'ball', 'pocket', 'cut', 'distance', 'way', 'chance')
     }
     return DirectShots(names=tables.names, tables=len(tables), offsets=offsets, **columns)
+
+
+def arguments_of(
+    storage: Storage, scene: Scene, noise: Noise, places: Array, kinds: NDArray[np.int64], cue: int
+) -> tuple[Any, ...]:
+    """Return the arguments of `find_direct_shots` for tables of a scene and a player."""
+    params, table = params_on_table(scene)
+    return (
+        lay_out(storage, params, table),
+        storage.array(openings_of(params, table)),
+        storage.array(AXES),
+        storage.array(places),
+        storage.array(kinds),
+        cue,
+        _player(storage, scene, noise, kinds.shape[1]),
+        storage.records(DirectShot, POCKETS * int((kinds == LEGAL).sum()) + 1),
+    )
 
 
 def places_and_kinds(

@@ -1,12 +1,11 @@
 """How high the cue must be for each of many strokes."""
 
-from math import nan, radians, sqrt
+from math import nan, radians
 from typing import Any, NamedTuple
 
 from billiard_shot.compiled import entry, inner
 from billiard_shot.records import Floats, Storage
-from billiard_shot.scene.player import A, AZIMUTH, B
-from billiard_shot.shot.stroke import axes
+from billiard_shot.shot.stroke_vectors import write_vectors
 from billiard_shot.status import CUE_THROUGH_BALL, CUE_THROUGH_CLOTH, CUE_THROUGH_CUSHION
 from billiard_shot.table.clearance import least_turn, nothing_around, Surroundings
 from billiard_shot.table.cue_placement import refusal
@@ -22,18 +21,6 @@ class Raising(NamedTuple):
     highest: float  # rad
     margin: float  # rad: the cue must have clearance at an elevation that is lower by this as well
     scratch: Floats  # (2, 3)
-
-
-@inner
-def write_vectors(stroke: Floats, elevation: float, normal: Floats, axis: Floats) -> None:
-    """Write the unit normal and the axis of a stroke at an elevation [rad], see `vectors_of`."""
-    a, b = stroke[A], stroke[B]
-    right, up, along = axes(elevation, stroke[AZIMUTH])
-    depth = sqrt(max(1.0 - a * a - b * b, 0.0))
-    length = sqrt(a * a + b * b + depth * depth)
-    for k in range(3):
-        axis[k] = along[k]
-        normal[k] = (a * right[k] + b * up[k] - depth * along[k]) / length
 
 
 @inner

@@ -5,17 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 import math
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.compiled import inner
 from billiard_shot.notebook import Shown
 from billiard_shot.numerics import rounding
 from billiard_shot.records import Triple
 from billiard_shot.scene.errors import refused
 from billiard_shot.scene.values import as_float, LARGEST, positive
+from billiard_shot.shot.stroke_vectors import axes, write_strokes
 
 Numbers = Sequence[float] | NDArray[np.float64]
 
@@ -229,26 +228,11 @@ def stroke_at(
     a: float, b: float, elevation: float, azimuth: float, speed: float, *, axis: bool = False
 ) -> Stroke:
     """Make a stroke as `Stroke.from_offsets`, with angles [rad] of any size."""
-    right, up, along = np.array(axes(elevation, azimuth))
-    depth = 1.0 - a * a - b * b
     miss = ''
-    if depth <= 0.0:
+    if 1.0 - a * a - b * b <= 0.0:
         miss = f'a, b must have a² + b² below 1, got ({a:g}, {b:g})'
-    normal = a * right + b * up - math.sqrt(max(depth, 0.0)) * along
-    return Stroke(normal, speed * along, axis=axis, miss=miss)
-
-
-@inner
-def axes(elevation: Any, azimuth: Any) -> tuple[tuple[Any, ...], ...]:
-    """
-    Find unit vectors to the right, up and along a stroke, as seen by who plays it.
-
-    Or along many: the angles [rad], and the components x, y, z, are numbers or (n,) arrays.
-    """
-    sin_e, cos_e = np.sin(elevation), np.cos(elevation)
-    sin_t, cos_t = np.sin(azimuth), np.cos(azimuth)
-    right, up = (sin_t, -cos_t, 0.0 * sin_t), (sin_e * cos_t, sin_e * sin_t, cos_e)
-    return right, up, (cos_e * cos_t, cos_e * sin_t, -sin_e)
+    normals, velocities = vectors_of(np.array([(a, b, elevation, azimuth, speed)], float))
+    return Stroke(normals[0], velocities[0], axis=axis, miss=miss)
 
 
 def vectors_of(offsets: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -262,11 +246,10 @@ def vectors_of(offsets: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArr
         its normal is at a right angle to the stroke.
 
     """
-    a, b, elevation, azimuth, speed = offsets.T
-    right, up, along = np.array(axes(elevation, azimuth)).swapaxes(1, 2)
-    depth = np.sqrt(np.maximum(1.0 - a * a - b * b, 0.0))
-    normals = a[:, None] * right + b[:, None] * up - depth[:, None] * along
-    return unit_rows(normals), speed[:, None] * along
+    run, count = write_strokes.current(), len(offsets)
+    normals, velocities = run.storage.zeros(count, 3), run.storage.zeros(count, 3)
+    run(run.storage.array(offsets), normals, velocities)
+    return np.reshape(normals, (-1, 3)), np.reshape(velocities, (-1, 3))
 
 
 def playable_offsets(offsets: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -279,12 +262,19 @@ def playable_offsets(offsets: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def unit_rows(rows: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Make each row of a matrix 1 long; NaN where it is zero or not finite."""
-    with np.errstate(invalid='ignore', divide='ignore'):
+    """
+    Make each row of a matrix 1 long; NaN where it is zero or not finite.
+
+    A row that is 1 long within rounding stays as it is, so that a stroke that is read from a file
+    is the one that was written.
+    """
+    with np.errstate(invalid='ignore', divide='ignore', over='ignore'):
+        is_unit = np.abs((rows**2).sum(axis=1, keepdims=True) - 1.0) <= 2.0 * rounding.SUM
         # scaled first: squares of very large or small numbers would not be finite, or zero
         scaled = rows / np.abs(rows).max(axis=1, keepdims=True, initial=0.0)
-        units: NDArray[np.float64] = scaled / np.sqrt((scaled**2).sum(axis=1, keepdims=True))
-    return units
+        units = scaled / np.sqrt((scaled**2).sum(axis=1, keepdims=True))
+    made: NDArray[np.float64] = np.where(is_unit, rows, units)
+    return made
 
 
 def playable_rows(rows: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -34,7 +34,7 @@ DEFAULT_TOLERANCE = 2e-3
 DEFAULT_MAX_EVENTS = 20_000  # of a table
 # Room at first, for each of all balls and two: segments and events of a run, and segments of a
 # table of a batch. Most have fewer.
-_CAPACITY, _CAPACITY_IN_BATCH = 32, 8
+CAPACITY, _CAPACITY_IN_BATCH = 32, 8
 _PHASE_CAPACITY = 64  # room at first for phases of a strike, times its contacts
 
 
@@ -147,7 +147,7 @@ COLUMNS = 'balls', 'tables', 'places', 'cues', 'discontinuity'
 
 def run_with_events(task: TableTask) -> BatchRecording:
     """Simulate one table in this thread, recording all that happens; see `run_tables`."""
-    segments = events = _CAPACITY * (2 + task.starts.shape[1])
+    segments = events = CAPACITY * (2 + task.starts.shape[1])
     phases = _PHASE_CAPACITY
     while True:
         played = run_tables(task, segments, events, phases)
@@ -203,10 +203,45 @@ def run_tables(
     run = play_tables.current()
     storage = run.storage
     tables, count, with_cue = task.tables, task.starts.shape[1], task.strokes is not None
+    kept = _thread.rooms(storage, count, with_cue)
+    arguments = packed(task, storage, kept, segments, events, phases)
+    run(*arguments)
+    _, played, _, _, window, simulation, room = arguments
+    progress = as_rows(RunProgress, simulation.progress)[0]  # by names: attributes take 2 us each
+    logged, taken = int(progress['events']), int(progress['participants'])
+    cues = as_rows(CueRecord, played.cues)
+    log, losses = strike_details(cues, room) if phases and len(cues) else (NO_LOG, NO_LOSSES)
+    _thread.kept[storage, count, with_cue] = kept  # not after an exception
+    return BatchRecording(
+        as_rows(BallOutcome, played.balls).reshape(tables, count),
+        as_rows(TableOutcome, played.ends),
+        as_rows(SegmentRecord, simulation.segments[: int(progress['segments'])]),
+        EventLog(
+            as_rows(EventRecord, simulation.events[:logged]),
+            np.array(room.participants[:taken], np.int64).reshape(-1, 2),
+        ),
+        np.asarray(window.places).reshape(tables, count, len(task.times), 3),
+        cues,
+        log,
+        losses,
+        discontinuity=np.zeros(tables),
+    )
+
+
+def packed(
+    task: TableTask,
+    storage: Storage,
+    rooms: tuple[SimulationRoom, ImpactRoom],
+    segments: int = 0,
+    events: int = 0,
+    phases: int = 0,
+) -> tuple[Any, ...]:
+    """Return the arguments of `play_tables`, see `run_tables`."""
+    tables, count, with_cue = task.tables, task.starts.shape[1], task.strokes is not None
+    simulation, room = rooms
     layout = lay_out(
         storage, task.params, task.table, task.hop_tolerance, task.fast_rebounds, cue=task.cue
     )
-    simulation, room = kept = _thread.rooms(storage, count, with_cue)
     simulation = simulation._replace(
         segments=storage.unset(SegmentRecord, segments),
         events=storage.unset(EventRecord, events),
@@ -226,28 +261,10 @@ def run_tables(
     )
     strokes = (task.strokes or NO_STROKES).stored(storage, count)
     places = storage.zeros(tables, count, len(task.times), 3)
-    times = storage.array(np.array(task.times, float))
-    window = Window(task.until, task.max_events, times, places)
-    run(layout, played, strokes, task.tolerance, window, simulation, room)
-    progress = as_rows(RunProgress, simulation.progress)[0]  # by names: attributes take 2 us each
-    logged, taken = int(progress['events']), int(progress['participants'])
-    cues = as_rows(CueRecord, played.cues)
-    log, losses = strike_details(cues, room) if phases and len(cues) else (NO_LOG, NO_LOSSES)
-    _thread.kept[storage, count, with_cue] = kept  # not after an exception
-    return BatchRecording(
-        as_rows(BallOutcome, played.balls).reshape(tables, count),
-        as_rows(TableOutcome, played.ends),
-        as_rows(SegmentRecord, simulation.segments[: int(progress['segments'])]),
-        EventLog(
-            as_rows(EventRecord, simulation.events[:logged]),
-            np.array(room.participants[:taken], np.int64).reshape(-1, 2),
-        ),
-        np.asarray(places).reshape(tables, count, len(task.times), 3),
-        cues,
-        log,
-        losses,
-        discontinuity=np.zeros(tables),
+    window = Window(
+        task.until, task.max_events, storage.array(np.array(task.times, float)), places
     )
+    return layout, played, strokes, task.tolerance, window, simulation, room
 
 
 def strike_details(

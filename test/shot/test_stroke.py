@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from billiard_shot import predict, Stroke
-from billiard_shot.shot.stroke import axes, SPEED_RANGE
+from billiard_shot.shot.stroke import SPEED_RANGE, vectors_of
+from billiard_shot.shot.stroke_vectors import axes
 
 ANGLE = st.floats(-3.1, 3.1)
 OFFSET = st.floats(-0.7, 0.7)
@@ -152,3 +153,14 @@ def test_degrees_are_accepted_and_recognised():
 
 def test_level_is_not_minus_zero():
     assert math.copysign(1.0, Stroke((-1, 0, 0), (2, 0, 0)).offsets[2]) == 1.0
+
+
+def test_strokes_have_the_same_bits_however_they_are_made():
+    """By offsets, in rows, and by the vectors that a file keeps."""
+    draw = np.random.default_rng(5)
+    rows = draw.uniform((-0.6, -0.6, 0.0, -3.0, 0.1), (0.6, 0.6, 1.5, 3.0, 9.0), (500, 5))
+    strokes = [Stroke.from_offsets(*row) for row in rows.tolist()]
+    normals, velocities = vectors_of(rows)
+    assert [stroke.normal for stroke in strokes] == list(map(tuple, normals.tolist()))
+    assert [stroke.velocity for stroke in strokes] == list(map(tuple, velocities.tolist()))
+    assert [Stroke(stroke.normal, stroke.velocity) for stroke in strokes] == strokes

@@ -1,0 +1,45 @@
+"""The files of the compiled core that pages and programs in C take with them."""
+
+from pathlib import Path
+import shutil
+
+from billiard_shot import machine_code
+from billiard_shot.compiler.build import provide
+from billiard_shot.compiler.header import HEADER
+
+MODULE = Path(__file__).with_name('web')
+PAGES = 'wasm32'  # the target of the core in pages
+LICENCE = 'COPYRIGHT.musl'
+
+
+def core_folder(target: str) -> Path:
+    """
+    Find the folder with the core for a target; build it if there is none.
+
+    Raises
+    ------
+    ValueError
+        If it cannot be built.
+
+    """
+    if any(machine_code.PACKAGED.glob(f'{target}.*')):
+        return machine_code.PACKAGED
+    try:
+        return provide(target)
+    except (ModuleNotFoundError, RuntimeError) as error:
+        raise ValueError(f'the core for {target} cannot be built: {error}') from None
+
+
+def copy_module(folder: Path) -> None:
+    """Copy the JavaScript module and the core into a folder, which then is a package for npm."""
+    core = core_folder(PAGES)
+    shutil.copy(core / f'{PAGES}.wasm', folder / 'core.wasm')
+    for file in (core / machine_code.DESCRIPTION, core / LICENCE, *MODULE.iterdir()):
+        shutil.copy(file, folder)
+
+
+def copy_library(folder: Path) -> None:
+    """Copy the header and the library for this machine into a folder."""
+    core = core_folder(machine_code.LIBRARY)
+    for file in (core / HEADER, core / LICENCE, *core.glob(f'{machine_code.LIBRARY}.*')):
+        shutil.copy(file, folder)

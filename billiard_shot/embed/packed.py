@@ -1,0 +1,54 @@
+"""A scene as the arguments of the entries that programs without Python call."""
+
+from inspect import signature
+from typing import Any
+
+import numpy as np
+
+from billiard_shot.compiled import Entry
+from billiard_shot.impact.kernel import new_scratch
+from billiard_shot.planning.direct_shots import find_direct_shots
+from billiard_shot.planning.pot_directions import LEGAL, PRESENT
+from billiard_shot.planning.shots import arguments_of
+from billiard_shot.records import ROWS
+from billiard_shot.scene import Scene
+from billiard_shot.shot.accuracy import Accuracy, DEFAULT_SHOT_TOLERANCE
+from billiard_shot.shot.on_table import task_of
+from billiard_shot.shot.setting import setting_of
+from billiard_shot.shot.stroke_vectors import write_strokes
+from billiard_shot.table.cluster import room_for
+from billiard_shot.table.play_tables import play_tables
+from billiard_shot.table.simulation_state import room_for_simulation
+from billiard_shot.table.task import CAPACITY, packed
+
+
+def packed_scene(scene: Scene) -> dict[Entry, dict[str, Any]]:
+    """
+    Pack what a scene means to each entry, with room for one table of its balls, and for a stroke.
+
+    Who calls the entries writes where balls lie, and the stroke; all else is there. Arrays of the
+    entries are apart: the vectors that `write_strokes` writes are to be given to `play_tables`.
+    Without pockets there is no `find_direct_shots`.
+    """
+    setting = setting_of(scene)
+    count, accuracy = len(setting.names), Accuracy(DEFAULT_SHOT_TOLERANCE)
+    task = task_of(setting, np.zeros((1, 3)), np.zeros((1, 3)), None, accuracy)
+    room = room_for(ROWS, count, True)  # with scratch that this thread has used
+    room = room._replace(scratch=new_scratch(ROWS, len(room.properties)))
+    rooms = room_for_simulation(ROWS, count), room
+    capacity = CAPACITY * (2 + count)
+    made = {
+        write_strokes: (np.zeros((1, 5)), np.zeros((1, 3)), np.zeros((1, 3))),
+        play_tables: packed(task, ROWS, rooms, capacity, capacity),
+    }
+    if scene.table is not None and scene.table.pockets:
+        places, kinds = np.zeros((1, count, 2)), np.array([[PRESENT] + [LEGAL] * (count - 1)])
+        made[find_direct_shots] = arguments_of(ROWS, scene, scene.noise, places, kinds, 0)
+    named = {
+        entry: dict(zip(signature(entry.function).parameters, arguments, strict=True))
+        for entry, arguments in made.items()
+    }
+    room_of_play = named[play_tables]['simulation']
+    for record in (room_of_play.segments, room_of_play.events):
+        record.view(np.uint8).fill(0)  # it was not set
+    return named

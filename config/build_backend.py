@@ -1,0 +1,18 @@
+"""setuptools, with what a wheel needs besides: the tools that make the library of machine code."""
+
+from pathlib import Path
+import platform
+
+from setuptools import build_meta
+from setuptools.build_meta import *  # noqa: F403
+
+_REQUIRED = Path(__file__).with_name('requirements-build.txt')
+
+
+def get_requires_for_build_wheel(config_settings=None):
+    """Name the tools, on systems that numba has wheels for: musl is none."""
+    required = build_meta.get_requires_for_build_wheel(config_settings)
+    if platform.system() == 'Linux' and platform.libc_ver()[0] == 'glibc':
+        lines = _REQUIRED.read_text(encoding='utf-8').splitlines()
+        required += ['pyyaml', *(line for line in lines if not line.startswith('#'))]
+    return required
