@@ -99,7 +99,7 @@ def test_what_is_imported_is_declared():
     extras = {
         **{
             name: name
-            for name in ('distributed', 'gymnasium', 'matplotlib', 'mujoco', 'numba', 'pandas')
+            for name in ('distributed', 'gymnasium', 'matplotlib', 'mujoco', 'pandas')
         },
         'PIL': 'pillow',
         'imageio': 'imageio[ffmpeg]',
@@ -107,7 +107,8 @@ def test_what_is_imported_is_declared():
         'shtab': 'shtab',
     }
     files = (*(ROOT / PACKAGE).rglob('*.py'), *(ROOT / 'launch').glob('*.py'))
-    needed = imported(*files) - set(extras)
+    tools = {'llvmlite', 'numba', 'ziglang'}  # numba brings llvmlite
+    needed = imported(*files) - set(extras) - tools
     assert {keys.get(name, name) for name in needed} <= declared['exec_depend']
     assert declared['exec_depend'] <= {keys.get(name, name) for name in needed}
     assert {'python3-pytest', 'python3-hypothesis'} <= declared['test_depend']
@@ -115,6 +116,8 @@ def test_what_is_imported_is_declared():
     from_pip = (ROOT / 'setup.py').read_text()
     for name in ('numpy', 'scipy', 'pyyaml', *extras.values()):
         assert f"'{name}>=" in from_pip
+    to_build = (ROOT / 'config' / 'requirements-build.txt').read_text()
+    assert re.findall(r'^\w+', to_build, re.MULTILINE) == ['numba', 'ziglang']
 
 
 def test_source_files_are_those_of_an_ament_python_package():
