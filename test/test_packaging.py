@@ -97,10 +97,7 @@ def test_what_is_imported_is_declared():
     }
     keys = {'numpy': 'python3-numpy', 'scipy': 'python3-scipy', 'yaml': 'python3-yaml'}
     extras = {
-        **{
-            name: name
-            for name in ('distributed', 'gymnasium', 'matplotlib', 'mujoco', 'pandas')
-        },
+        **{name: name for name in ('distributed', 'gymnasium', 'matplotlib', 'mujoco', 'pandas')},
         'PIL': 'pillow',
         'imageio': 'imageio[ffmpeg]',
         'imageio_ffmpeg': 'imageio[ffmpeg]',
