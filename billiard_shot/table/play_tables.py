@@ -282,10 +282,10 @@ def play_tables(
     """
     Play a stroke at each of many tables, or simulate them without, one after the other.
 
-    Statuses, errors and repetitions are decided here, so that all callers find the same. The
-    callers make vectors of offsets (`write_strokes`), and give larger arrays if segments,
-    events or phases did not fit. Python adds messages, and how far the outcomes of law `energetic`
-    jump (shot/discontinuity.py); other callers find no jumps.
+    Statuses, errors and repetitions are decided here, so that all callers find the same. Callers
+    make vectors of offsets by `write_strokes`, and give larger arrays if segments, events or
+    phases did not fit. Python adds messages, and how far the outcomes of law `energetic` jump
+    (shot/discontinuity.py); other callers find no jumps.
 
     Parameters
     ----------
