@@ -62,10 +62,11 @@ def provide(*targets: str) -> Path:
 
 def pack(folder: Path) -> None:
     """Put the library for this machine, and the one for browsers, into a folder of a wheel."""
-    made = provide(machine_code.LIBRARY, 'wasm32')
+    targets = machine_code.LIBRARY, 'wasm32'
+    made = provide(*targets)
     folder.mkdir(parents=True, exist_ok=True)
-    for file in made.iterdir():
-        if file.name not in (CAPTURED, 'lock'):
+    for pattern in (*(f'{target}.*' for target in targets), '*.json', '*.h', '*.musl'):
+        for file in made.glob(pattern):
             shutil.copy(file, folder)
 
 
