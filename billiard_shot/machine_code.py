@@ -8,6 +8,7 @@ says what to do, and the process interprets. Nothing here imports numba.
 """
 
 from collections.abc import Iterator
+from contextlib import suppress
 import ctypes
 from functools import cache
 import hashlib
@@ -54,9 +55,13 @@ def library() -> Library | None:
     reason = ''
     for path in _candidates():
         try:
-            return library_at(path)
+            found = library_at(path)
         except (OSError, ValueError) as error:
             reason = f' ({error})'
+            continue
+        with suppress(OSError):  # builds remove libraries that were not used for long
+            os.utime(path.parent)
+        return found
     tools = find_spec('numba') and find_spec('ziglang')
     first = '' if tools else "pip install 'billiard_shot[build]', then "
     # Not of a line of this file, which the warning would show.

@@ -291,6 +291,12 @@ def test_the_libraries_that_were_used_last_are_kept(tmp_path):
     assert [folder for folder in folders if folder.exists()] == folders[: build.KEPT]
 
 
+def test_a_library_that_is_loaded_counts_as_used(copied):
+    os.utime(copied, (0, 0))
+    assert run(PREDICT, BILLIARD_SHOT_CACHE=str(copied.parents[1]))[0][1] == 'True'
+    assert copied.stat().st_mtime > 0
+
+
 def test_an_unknown_target_is_named(capsys, tmp_path, monkeypatch):
     from billiard_shot.cli import main
 
