@@ -10,7 +10,7 @@ import subprocess
 import sys
 
 import numpy as np
-from tools.timing import QUICK, Report, seconds, Time, yardstick
+from tools.timing import once, QUICK, Report, seconds, Time, yardstick
 
 from billiard_shot import predict, predict_batch, Scene, Stroke
 from billiard_shot.impact.solve import solve_in_contact_space
@@ -21,10 +21,11 @@ OVERHEAD = 100.0  # us on a machine where np.cross takes CROSS
 CROSS = 15.0  # us; the limit scales with the time of np.cross here
 BATCH = 3.0  # times the kernel alone
 # Of the time in which a new process imports NumPy: first predictions, with the import; the import
-# alone. And the time to check and load the library [ms].
+# alone. The time to check and load the library [ms], and that of a plan, with its process [s].
 FIRST_LIMITS = {'paper': 12.0, 'pool_table': 12.0, 'eight_ball': 25.0}
 IMPORT = 0.5
 LOADED = 15.0
+FIRST_PLAN = 3.0
 
 FIRST = """
 from time import perf_counter
@@ -41,6 +42,10 @@ from billiard_shot import machine_code
 begin = perf_counter()
 assert machine_code.is_loaded()
 print(perf_counter() - begin)
+"""
+PLAN = """
+from billiard_shot.cli import main
+main(['plan', 'blocked', '--pot', '8'])
 """
 NUMPY = """
 from time import perf_counter, process_time
@@ -134,6 +139,8 @@ def main():
         report.row('    over the import of NumPy', first / float(bare), 'x', limit)
     loading = 1e3 * min(float(fresh(LOAD)[0]) for _ in range(5))
     report.row('library checked and loaded', loading, 'ms', LOADED)
+    took = min(float(once(fresh, PLAN)) for _ in range(3))
+    report.row('billiard-shot plan blocked --pot 8, in a new process', took, 's', FIRST_PLAN)
     alone = [fresh(BARE) for _ in range(5)]
     took = min(float(lines[0]) for lines in alone)
     report.row('import billiard_shot', took, 's')

@@ -8,7 +8,9 @@ The inner functions of the library are plain Python. `inner` and `innermost` not
 from collections.abc import Callable
 import ctypes
 from functools import cached_property
+from operator import is_
 import struct
+import threading
 from typing import Any, ParamSpec, Protocol, TypeVar
 
 from billiard_shot import machine_code
@@ -67,20 +69,39 @@ class Compiled:
     function : ctypes function
     arguments : list of dict
         From the description of the library.
+    kept : int
+        See `entry`.
 
     """
 
     storage: Storage = ROWS
 
-    def __init__(self, function: Any, arguments: list[dict[str, Any]]) -> None:
+    def __init__(self, function: Any, arguments: list[dict[str, Any]], kept: int) -> None:
         function.argtypes, function.restype = [ctypes.c_char_p], ctypes.c_int64
         self.arguments = arguments
         self.function = function
-        self.table = table_of(arguments)
+        self.new = len(arguments) - kept
+        self._pack_new = table_of(arguments[: self.new])
+        self._pack_kept = table_of(arguments[self.new :])
+        self._last = _Last()
 
     def __call__(self, *args: Any) -> Any:
         """Call the entry."""
         return self.function(self.table(*args))
+
+    def table(self, *args: Any) -> bytes:
+        """Put arguments into a table."""
+        last, kept = self._last, args[self.new :]
+        if last.table is None or not all(map(is_, kept, last.kept)):
+            last.kept, last.table = kept, self._pack_kept(*kept)
+        return self._pack_new(*args[: self.new]) + last.table
+
+
+class _Last(threading.local):
+    """The kept arguments of this thread's last call of an entry, and their part of the table."""
+
+    kept: tuple[Any, ...] = ()
+    table: bytes | None = None
 
 
 class Entry:
@@ -92,14 +113,20 @@ class Entry:
     function : callable
     example : callable
         Makes arguments in a storage, which show their types.
+    kept : int
+        See `entry`.
 
     """
 
     def __init__(
-        self, function: Callable[..., Any], example: Callable[[Storage], tuple[Any, ...]]
+        self,
+        function: Callable[..., Any],
+        example: Callable[[Storage], tuple[Any, ...]],
+        kept: int = 0,
     ) -> None:
         self.function = function
         self.example = example
+        self.kept = kept
         self.interpreted = Interpreted(function)
         self.__doc__ = function.__doc__
 
@@ -120,12 +147,20 @@ class Entry:
         """The function of the library."""
         library, name = machine_code.library(), self.function.__name__
         assert library is not None
-        return Compiled(library.functions[name], library.description['entries'][name]['arguments'])
+        arguments = library.description['entries'][name]['arguments']
+        return Compiled(library.functions[name], arguments, self.kept)
 
 
-def entry(example: Callable[[Storage], tuple[Any, ...]]) -> Callable[[Callable[..., Any]], Entry]:
-    """Make a function an `Entry`."""
-    return lambda function: Entry(function, example)
+def entry(
+    example: Callable[[Storage], tuple[Any, ...]], kept: int = 0
+) -> Callable[[Callable[..., Any]], Entry]:
+    """
+    Make a function an `Entry`.
+
+    The last `kept` of its arguments are put into the table anew only if they are not the objects
+    of the last call in this thread: a table of 185 numbers takes longer than all else of a call.
+    """
+    return lambda function: Entry(function, example, kept)
 
 
 _FORMATS = {'f8': 'd', 'i8': 'q', 'b1': '?7x'}  # of `struct`; a number takes eight bytes
@@ -157,8 +192,8 @@ def table_of(arguments: list[dict[str, Any]]) -> Callable[..., bytes]:
             formats.append(_FORMATS[argument['kind']])
         return variable
 
-    names = ', '.join(map(name, arguments))
-    code = f'def table(*args):\n ({names},) = args\n return pack({", ".join(values)})'
+    names = ''.join(f'{name(argument)}, ' for argument in arguments)
+    code = f'def table(*args):\n ({names}) = args\n return pack({", ".join(values)})'
     made: dict[str, Any] = {
         'address': ctypes.c_size_t.from_address,
         'pack': struct.Struct(f'<{"".join(formats)}').pack,

@@ -34,9 +34,12 @@ def packed_scene(scene: Scene) -> dict[Entry, dict[str, Any]]:
     count, accuracy = len(setting.names), Accuracy(DEFAULT_SHOT_TOLERANCE)
     task = task_of(setting, np.zeros((1, 3)), np.zeros((1, 3)), None, accuracy)
     room = room_for(ROWS, count, True)  # with scratch that this thread has used
-    room = room._replace(scratch=new_scratch(ROWS, len(room.properties)))
-    rooms = room_for_simulation(ROWS, count), room
     capacity = CAPACITY * (2 + count)
+    room = room._replace(
+        scratch=new_scratch(ROWS, len(room.properties)),
+        participants=np.zeros((capacity, 2), np.int64),
+    )
+    rooms = room_for_simulation(ROWS, count), room
     made = {
         write_strokes: (np.zeros((1, 5)), np.zeros((1, 3)), np.zeros((1, 3))),
         play_tables: packed(task, ROWS, rooms, capacity, capacity),
@@ -48,7 +51,7 @@ def packed_scene(scene: Scene) -> dict[Entry, dict[str, Any]]:
         entry: dict(zip(signature(entry.function).parameters, arguments, strict=True))
         for entry, arguments in made.items()
     }
-    room_of_play = named[play_tables]['simulation']
-    for record in (room_of_play.segments, room_of_play.events):
+    tables = named[play_tables]['tables']
+    for record in (tables.segments, tables.events):
         record.view(np.uint8).fill(0)  # it was not set
     return named

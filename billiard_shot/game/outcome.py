@@ -117,8 +117,6 @@ def outcome_of_run(run: TableRun, scene: Scene, *, double_hit: bool = False) -> 
             crossed |= ball == CUE_BALL and bool(event.position[0] >= kitchen_end)
             if met and _was_driven(run, event, scene):
                 to_cushion.add(ball)
-    gone = {*run.pocketed, *run.off_table}
-    rest = run.final_position
     return Outcome(
         first_contact=first,
         pocketed=tuple(run.pocketed.items()),
@@ -128,11 +126,7 @@ def outcome_of_run(run: TableRun, scene: Scene, *, double_hit: bool = False) -> 
         double_hit=double_hit,
         met=tuple(met),
         cushions_before=tuple(met.values()),
-        places={
-            ball: (float(place[0]), float(place[1]))
-            for ball, place in rest.items()
-            if ball not in gone
-        },
+        places=run.places_left,
     )
 
 

@@ -80,7 +80,7 @@ def candidates(
     problem = checked_problem(scene, wanted, limits_of(scene, constraints, spread), spread)
     stages: list[Stage] = []
     with ThreadPoolExecutor(os.cpu_count() or 1) as threads:
-        runner = Runner(problem, budget, threads, None, None)
+        runner = Runner(problem, budget, threads)
         runner.reserved = 0
         best = 0.0
         while stage := next_stage(problem, runner, stages, best, share=1.0):

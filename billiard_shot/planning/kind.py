@@ -91,12 +91,8 @@ def _cushion(event: TableEvent, ball: str) -> bool:
 def _path_name(shot: Shot, end: float) -> str:
     """Say whether the cue ball jumps over a ball, or curves around one, before a time."""
     path = shot.trajectory
-    events = (
-        event.time
-        for event in path.events
-        if event.kind in (EventKind.CUSHION, EventKind.BALL, EventKind.CLUSTER)
-    )
-    end = min(end, path.duration, *events)
+    stops = EventKind.CUSHION, *COLLISIONS
+    end = min(end, path.duration, *(e.time for e in path.events if e.kind in stops))
     places = path.at(np.linspace(0.0, end, 200)).position
     radius = shot.scene.ball.radius
     for name, (x, y) in shot.scene.balls.items():

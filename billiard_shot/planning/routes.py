@@ -123,24 +123,21 @@ def candidates_along(problem: Problem, routes: list[Route]) -> Candidates:
         sides = (0.0, -0.5 * robot.offset_max, 0.5 * robot.offset_max)
     else:
         heights = heights[:3]
-    grid = [(side, height) for side in sides for height in heights]
-    strokes, spreads, numbers = [], [], []
-    for number, route in enumerate(routes):
-        for speed in _speeds(problem, route):
-            for side, height in grid:
-                strokes.append((side, height, 0.0, route.azimuth, speed))
-                spreads.append(route.spread)
-                numbers.append(number)
-    candidates = Candidates(
-        np.array(strokes).reshape(-1, 5), np.array(spreads), np.array(numbers, np.int64)
-    )
-    candidates.strokes[:, :] = problem.limits.clip(candidates.strokes)
     allowed = problem.limits.allows_azimuth(np.array([route.azimuth for route in routes]))
-    candidates = candidates.take(allowed[candidates.route])
-    raised = raise_for_clearance(problem.scene, problem.limits, candidates.strokes)
-    playable = np.flatnonzero(~np.isnan(raised).any(axis=1))
-    aimed = along_azimuth(problem.model, raised[playable])
-    return candidates.take(playable)._replace(strokes=aimed)
+    rows = [
+        (number, side, height, 0.0, route.azimuth, speed)
+        for number, route in enumerate(routes)
+        if allowed[number]
+        for speed in _speeds(problem, route)
+        for side in sides
+        for height in heights
+    ]
+    number, strokes = np.split(np.array(rows).reshape(-1, 6), [1], axis=1)
+    strokes = raise_for_clearance(problem.scene, problem.limits, problem.limits.clip(strokes))
+    playable = ~np.isnan(strokes).any(axis=1)
+    route_of = number[playable, 0].astype(np.int64)
+    spread = np.array([route.spread for route in routes])[route_of]
+    return Candidates(along_azimuth(problem.model, strokes[playable]), spread, route_of)
 
 
 def _speeds(problem: Problem, route: Route) -> Array:

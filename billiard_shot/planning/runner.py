@@ -57,8 +57,8 @@ class Runner:
         problem: Problem,
         budget: int,
         executor: Executor | SupportsSubmit,
-        progress: Callable[[Progress], object] | None,
-        cancel: Callable[[], bool] | None,
+        progress: Callable[[Progress], object] | None = None,
+        cancel: Callable[[], bool] | None = None,
         time_limit: float | None = None,
         value: ValueFunction | None = None,
     ) -> None:

@@ -11,10 +11,9 @@ from billiard_shot.planning.noises import accuracy_within, noise_of
 from billiard_shot.planning.strike_map import bounds_of, Cell, Fit, fit_cell, Maps
 from billiard_shot.records import Array
 from billiard_shot.scene import Noise, Scene, SceneLike
-from billiard_shot.scene.values import as_floats
 from billiard_shot.shot.play import play
 from billiard_shot.shot.setting import setting_of
-from billiard_shot.shot.stroke import playable_offsets, vectors_of
+from billiard_shot.shot.stroke import playable_offsets, read_rows, vectors_of
 from billiard_shot.shot.stroke_batch import StrokeBatch
 from billiard_shot.table.table_states import TableStates
 from billiard_shot.table.threads import in_threads
@@ -53,10 +52,7 @@ def predict_within_noise(
 
     """
     scene = Scene.load(scene)
-    rows = as_floats(offsets)
-    if rows.ndim != 2 or rows.shape[1] != 5:
-        raise ValueError(f'offsets must be of shape (n, 5), got {rows.shape}')
-    strokes = playable_offsets(rows)
+    strokes = playable_offsets(read_rows('offsets', offsets, 5))
     sigmas = noise_of(scene, noise).sigmas(scene.ball.radius)
     return play_within_noise(scene, strokes, sigmas, workers=workers)
 

@@ -15,7 +15,7 @@ from billiard_shot.shot.accuracy import USUAL_ACCURACY
 from billiard_shot.shot.on_table import task_of
 from billiard_shot.shot.raising import Raising, write_clear_elevations
 from billiard_shot.shot.setting import setting_of
-from billiard_shot.shot.stroke import playable_offsets, vectors_of
+from billiard_shot.shot.stroke import playable_offsets, read_rows, vectors_of
 from billiard_shot.status import Status
 from billiard_shot.table.clearance import surroundings_of
 from billiard_shot.table.event_loop import PLACED
@@ -100,9 +100,7 @@ def lowest_elevation(
     scene = Scene.load(scene)
     if not 0.0 <= as_float(margin) <= 0.5 * math.pi:
         raise refused(margin, f'0 to {0.5 * math.pi:.4g}', 'margin', 'rad')
-    strokes = as_floats(offsets).copy()
-    if strokes.ndim != 2 or strokes.shape[1] != 5:
-        raise ValueError(f'offsets must be of shape (n, 5), got {strokes.shape}')
+    strokes = read_rows('offsets', offsets, 5).copy()
     place = None if position is None else as_floats(position)
     if place is not None and place.shape != (3,):
         raise ValueError(f'position must be of shape (3,), got {place.shape}')

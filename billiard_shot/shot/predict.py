@@ -17,6 +17,7 @@ from billiard_shot.shot.shot import Shot
 from billiard_shot.shot.stroke import (
     playable_offsets,
     playable_rows,
+    read_rows,
     Stroke,
     unit_rows,
     vectors_of,
@@ -126,10 +127,10 @@ def predict_batch(
     if (offsets is None) == (normals is None) or (normals is None) != (velocities is None):
         raise ValueError('offsets must be given, or normals and velocities, and not all three')
     if offsets is not None:
-        n, v = vectors_of(playable_offsets(_rows('offsets', offsets, 5)))
+        n, v = vectors_of(playable_offsets(read_rows('offsets', offsets, 5)))
     else:
-        n = unit_rows(_rows('normals', normals, 3))
-        v = playable_rows(_rows('velocities', velocities, 3))
+        n = unit_rows(read_rows('normals', normals, 3))
+        v = playable_rows(read_rows('velocities', velocities, 3))
     if len(n) != len(v):
         raise ValueError(f'velocities must have as many rows as normals, {len(n)}, got {len(v)}')
     tables = None if position is None else _with_cue_ball(scene, centre)
@@ -163,10 +164,3 @@ def _with_cue_ball(scene: Scene, centre: Array) -> TableStates:
     position = setting.starts['position'].copy()
     position[0, 0] = centre
     return TableStates(setting.names, position)
-
-
-def _rows(name: str, values: ArrayLike | None, columns: int) -> NDArray[np.float64]:
-    rows = as_floats(values)
-    if rows.ndim != 2 or rows.shape[1] != columns:
-        raise ValueError(f'{name} must be numbers of shape (n, {columns}), got shape {rows.shape}')
-    return rows

@@ -197,13 +197,8 @@ class Shot(Shown):
                     f'after() needs all balls at rest; ball {name!r} still moves '
                     f'(status {self.status.name})'
                 )
-        gone = {*self.pocketed, *self.off_table}
-        balls = {
-            name: (float(place[0]), float(place[1]))
-            for name, place in self.final_position.items()
-            if name not in gone
-        }
-        if CUE_BALL in gone:
+        balls = self.run.places_left
+        if CUE_BALL not in balls:
             balls[CUE_BALL] = in_hand(self.scene, balls)
         return replace(self.scene, balls=balls)
 

@@ -7,13 +7,13 @@ from dataclasses import dataclass, field
 import math
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from billiard_shot.notebook import Shown
 from billiard_shot.numerics import rounding
 from billiard_shot.records import Triple
 from billiard_shot.scene.errors import refused
-from billiard_shot.scene.values import as_float, LARGEST, positive
+from billiard_shot.scene.values import as_float, as_floats, LARGEST, positive
 from billiard_shot.shot.stroke_vectors import axes, write_strokes
 
 Numbers = Sequence[float] | NDArray[np.float64]
@@ -330,6 +330,14 @@ def read_numbers(name: str, values: Numbers, count: int) -> list[float]:
     if isinstance(values, str) or not hasattr(values, '__len__') or len(values) != count:
         raise refused(values, f'{count} finite numbers', name)
     return [_number(name, value) for value in values]
+
+
+def read_rows(name: str, values: ArrayLike | None, columns: int) -> NDArray[np.float64]:
+    """Read numbers of shape (n, columns)."""
+    rows = as_floats(values)
+    if rows.ndim != 2 or rows.shape[1] != columns:
+        raise ValueError(f'{name} must be of shape (n, {columns}), got {rows.shape}')
+    return rows
 
 
 def _direction(name: str, values: Numbers, count: int) -> list[float]:

@@ -62,7 +62,7 @@ def tell(scene: Scene, ball: str, seed: int = 1) -> Story:
     problem = problem_of(scene, target_of(scene, {'pot': ball}), limits, scene.noise)
     draws = np.random.default_rng(seed)
     with ThreadPoolExecutor() as threads:
-        runner = Runner(problem, NORMAL_BUDGET, threads, None, None)
+        runner = Runner(problem, NORMAL_BUDGET, threads)
         stages = tuple(_stages(problem, runner, draws))
         ended = best_of([stage.refined[-1] for stage in stages if stage.refined])
         finalists = run_race(problem, runner, ended, draws, effort=1.0)

@@ -39,6 +39,7 @@ from billiard_shot.table.motion import (
 )
 from billiard_shot.table.params import BallClothParams
 from billiard_shot.table.simulation_state import (
+    BallRule,
     log_segment,
     position_at,
     predict_collisions,
@@ -53,6 +54,7 @@ class Window(NamedTuple):
 
     until: float  # s; inf: until all balls rest; 0: only strikes are simulated; or PLACED
     max_events: int  # of a table
+    rules: list[BallRule]  # of each ball, or none: the run goes on until all rest
     times: Floats  # (n,) s, ascending
     places: Floats  # (tables, balls, n, 3) m, written; zero of tables that cannot be simulated
 

@@ -18,10 +18,19 @@ from billiard_shot.table.event_loop import PLACED, run_events, Window
 from billiard_shot.table.gather import ImpactRoom
 from billiard_shot.table.geometry import lay_out, PackedTable, TableModel
 from billiard_shot.table.initial_states import ball_starts, BallStart, MIN_HEIGHT
-from billiard_shot.table.motion import ABSENT, BallRecord, NOTHING, start_ball, stop_ball
+from billiard_shot.table.motion import (
+    ABSENT,
+    BallRecord,
+    NOTHING,
+    SegmentRecord,
+    start_ball,
+    stop_ball,
+)
 from billiard_shot.table.params import BallClothParams, GATE_AUTO
 from billiard_shot.table.scene_params import ENDLESS
 from billiard_shot.table.simulation_state import (
+    BallRule,
+    EventRecord,
     note_meeting,
     room_for_simulation,
     Simulation,
@@ -71,12 +80,14 @@ class TableOutcome:
 
 
 class Tables(NamedTuple):
-    """Tables of n balls: how they begin, and how they end. What is written is zero at first."""
+    """Tables of n balls: how they begin, and how they end. Outcomes are zero at first."""
 
     starts: list[BallStart]  # n of each table, or n for all tables alike
     cues: list[CueRecord]  # of each table, written; none without strokes
     balls: list[BallOutcome]  # n of each table, written
     ends: list[TableOutcome]  # of each table, written
+    segments: list[SegmentRecord]  # of all tables, written as far as there is room
+    events: list[EventRecord]  # of the last table, written as far as there is room
 
 
 @inner
@@ -235,44 +246,51 @@ def _example(storage: Storage) -> tuple[Any, ...]:
     starts = ball_starts(1, 1)
     starts['position'] = 0.0, 0.0, 1.0
     return (
-        lay_out(storage, params, ENDLESS),
         Tables(
             storage.from_rows(BallStart, starts[0]),
             storage.records(CueRecord, 1),
             storage.records(BallOutcome, 1),
             storage.records(TableOutcome, 1),
+            storage.records(SegmentRecord, 1),
+            storage.records(EventRecord, 1),
         ),
         NO_STROKES.stored(storage, 1),
         1.0,
-        Window(math.inf, 1, storage.zeros(1), storage.zeros(1, 1, 1, 3)),
+        Window(
+            math.inf,
+            1,
+            storage.records(BallRule, 1),
+            storage.zeros(1),
+            storage.zeros(1, 1, 1, 3),
+        ),
+        lay_out(storage, params, ENDLESS),
         room_for_simulation(storage, 1),
         room_for(storage, 1, True),
     )
 
 
-@entry(_example)
+@entry(_example, kept=3)
 def play_tables(
-    layout: PackedTable,
     tables: Tables,
     strokes: Strokes,
     tolerance: float,
     window: Window,
+    layout: PackedTable,
     simulation: SimulationRoom,
     room: ImpactRoom,
 ) -> None:
     """
     Play a stroke at each of many tables, or simulate them without, one after the other.
 
-    Everything that depends on numbers alone is done here, so that all callers find the same.
-    Python adds words: messages, and names of balls. It also adds how far the results of law
-    `energetic` jump (shot/discontinuity.py), and gives larger arrays for segments, events and
-    phases if those did not hold them all. Strokes are vectors: `write_vectors` in shot/raising.py
-    makes them of offsets.
+    Statuses, errors and repetitions are decided here, so that all callers find the same. Callers
+    make vectors of offsets by `write_strokes`, and give larger arrays if segments, events or
+    phases did not fit. Python adds messages, and how far the outcomes of law `energetic` jump
+    (shot/discontinuity.py); other callers find no jumps.
 
     Parameters
     ----------
-    layout : PackedTable
     tables : Tables
+        The numbers in its outcomes say if there was no room for segments or events.
     strokes : Strokes
         Of each table; or none.
     tolerance : float
@@ -280,9 +298,9 @@ def play_tables(
         this are left out.
     window : Window
         Its places are written.
+    layout : PackedTable
     simulation : SimulationRoom
-        For the present table; at first `room_for_simulation`. Segments of all tables and events of
-        the last one are recorded as far as there is room; their numbers say if there was not.
+        For the present table; at first `room_for_simulation`.
     room : ImpactRoom
         For impacts of several bodies; afterwards it has the last one.
 
@@ -292,9 +310,9 @@ def play_tables(
         simulation.collisions,
         simulation.progress[0],
         simulation.rebound[0],
-        simulation.segments,
-        simulation.events,
-        rules=simulation.rules,
+        tables.segments,
+        tables.events,
+        rules=window.rules,
         cue=simulation.cue[0],
     )
     p = s.progress

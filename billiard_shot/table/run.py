@@ -133,6 +133,16 @@ class TableRun:
         """Final position of every ball (3,) [m], also of a pocketed or lost one."""
         return ByName({name: ball.final_position for name, ball in self.balls.items()})
 
+    @property
+    def places_left(self) -> dict[str, tuple[float, float]]:
+        """Final places (x, y) [m] of the balls that are neither pocketed nor lost."""
+        gone = {*self.pocketed, *self.off_table}
+        return {
+            name: (float(x), float(y))
+            for name, (x, y, _) in self.final_position.items()
+            if name not in gone
+        }
+
     @cached_property
     def pocketed(self) -> dict[str, str]:
         """The balls that fell into pockets, in their order in time, and which ones."""

@@ -82,29 +82,23 @@ class Simulation(NamedTuple):
 
 
 class SimulationRoom(NamedTuple):
-    """A `Simulation` as compiled code is given it: to pass a record of its own takes long."""
+    """Room for a `Simulation`, as compiled code is given it."""
 
     balls: list[BallRecord]
     collisions: Any
     progress: list[RunProgress]  # 1
     rebound: list[Rebound]  # 1
-    segments: list[SegmentRecord]
-    events: list[EventRecord]
-    rules: list[BallRule]
     cue: list[BallRecord]  # 1
 
 
 def room_for_simulation(storage: Storage, balls: int) -> SimulationRoom:
-    """Make room for so many balls; none for segments and events, and no rules."""
+    """Make room for so many balls."""
     return SimulationRoom(
         storage.records(BallRecord, balls),
         storage.zeros(balls, balls),
         storage.records(RunProgress, 1),
         storage.records(Rebound, 1),
-        storage.records(SegmentRecord, 0),
-        storage.records(EventRecord, 0),
-        rules=storage.records(BallRule, 0),
-        cue=storage.records(BallRecord, 1),
+        storage.records(BallRecord, 1),
     )
 
 

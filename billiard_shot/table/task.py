@@ -2,7 +2,7 @@
 
 import math
 import threading
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -155,7 +155,10 @@ def run_with_events(task: TableTask) -> BatchRecording:
         logged = int(played.cues['phases'][-1]) * len(played.losses) if len(played.cues) else 0
         if needed <= segments and happened <= events and logged <= phases:
             return played
-        segments, events, phases = needed, happened, logged
+        while max(needed, happened) > segments:
+            segments = events = 2 * segments
+        while logged > phases:
+            phases *= 2
 
 
 def run_recorded(task: TableTask) -> BatchRecording:
@@ -170,20 +173,30 @@ def run_recorded(task: TableTask) -> BatchRecording:
         capacity = needed
 
 
+Rooms: TypeAlias = tuple[SimulationRoom, ImpactRoom]
+
+
 class _Thread(threading.local):
     """Rooms of this thread: to make them anew takes longer than a table of one ball."""
 
     def __init__(self) -> None:
-        self.kept: dict[tuple[Storage, int, bool], tuple[SimulationRoom, ImpactRoom]] = {}
+        self.kept: dict[tuple[Storage, int, bool, int, int], Rooms] = {}
 
     def rooms(
-        self, storage: Storage, balls: int, with_cue: bool
-    ) -> tuple[SimulationRoom, ImpactRoom]:
-        """Take rooms for a number of balls; their contents are those of the last table."""
-        kept = self.kept.pop((storage, balls, with_cue), None)
+        self, storage: Storage, balls: int, with_cue: bool, participants: int, phases: int
+    ) -> Rooms:
+        """Take rooms for so many balls, and records of impacts of these lengths."""
+        kept = self.kept.pop((storage, balls, with_cue, participants, phases), None)
         if kept is not None:
             return kept
-        return room_for_simulation(storage, balls), room_for(storage, balls, with_cue)
+        room = room_for(storage, balls, with_cue)
+        if participants:
+            most = storage.array(np.zeros((participants, 2), np.int64))
+            room = room._replace(participants=most)
+        if phases:
+            log = storage.unset(PhaseLog, phases)
+            room = room._replace(results=room.results._replace(log=log))
+        return room_for_simulation(storage, balls), room
 
 
 _thread = _Thread()
@@ -203,21 +216,22 @@ def run_tables(
     run = play_tables.current()
     storage = run.storage
     tables, count, with_cue = task.tables, task.starts.shape[1], task.strokes is not None
-    kept = _thread.rooms(storage, count, with_cue)
-    arguments = packed(task, storage, kept, segments, events, phases)
+    # each participant of an impact begins a segment
+    key = storage, count, with_cue, segments if events else 0, phases
+    simulation, room = rooms = _thread.rooms(*key)
+    played, _, _, window, *_ = arguments = packed(task, storage, rooms, segments, events)
     run(*arguments)
-    _, played, _, _, window, simulation, room = arguments
     progress = as_rows(RunProgress, simulation.progress)[0]  # by names: attributes take 2 us each
     logged, taken = int(progress['events']), int(progress['participants'])
     cues = as_rows(CueRecord, played.cues)
     log, losses = strike_details(cues, room) if phases and len(cues) else (NO_LOG, NO_LOSSES)
-    _thread.kept[storage, count, with_cue] = kept  # not after an exception
+    _thread.kept[key] = rooms  # not after an exception
     return BatchRecording(
         as_rows(BallOutcome, played.balls).reshape(tables, count),
         as_rows(TableOutcome, played.ends),
-        as_rows(SegmentRecord, simulation.segments[: int(progress['segments'])]),
+        as_rows(SegmentRecord, played.segments[: int(progress['segments'])]),
         EventLog(
-            as_rows(EventRecord, simulation.events[:logged]),
+            as_rows(EventRecord, played.events[:logged]),
             np.array(room.participants[:taken], np.int64).reshape(-1, 2),
         ),
         np.asarray(window.places).reshape(tables, count, len(task.times), 3),
@@ -231,40 +245,29 @@ def run_tables(
 def packed(
     task: TableTask,
     storage: Storage,
-    rooms: tuple[SimulationRoom, ImpactRoom],
+    rooms: Rooms,
     segments: int = 0,
     events: int = 0,
-    phases: int = 0,
 ) -> tuple[Any, ...]:
     """Return the arguments of `play_tables`, see `run_tables`."""
     tables, count, with_cue = task.tables, task.starts.shape[1], task.strokes is not None
-    simulation, room = rooms
     layout = lay_out(
         storage, task.params, task.table, task.hop_tolerance, task.fast_rebounds, cue=task.cue
     )
-    simulation = simulation._replace(
-        segments=storage.unset(SegmentRecord, segments),
-        events=storage.unset(EventRecord, events),
-        rules=storage.from_rows(BallRule, NO_RULES if task.rules is None else task.rules),
-    )
-    if events:
-        most = np.zeros((segments, 2), np.int64)  # each participant begins a segment
-        room = room._replace(participants=storage.array(most))
-    if phases:
-        log = storage.unset(PhaseLog, phases)
-        room = room._replace(results=room.results._replace(log=log))
     played = Tables(
         storage.from_rows(BallStart, task.starts.reshape(-1)),
         storage.records(CueRecord, tables if with_cue else 0),
         storage.records(BallOutcome, tables * count),
         storage.records(TableOutcome, tables),
+        storage.unset(SegmentRecord, segments),
+        storage.unset(EventRecord, events),
     )
     strokes = (task.strokes or NO_STROKES).stored(storage, count)
+    rules = storage.from_rows(BallRule, NO_RULES if task.rules is None else task.rules)
     places = storage.zeros(tables, count, len(task.times), 3)
-    window = Window(
-        task.until, task.max_events, storage.array(np.array(task.times, float)), places
-    )
-    return layout, played, strokes, task.tolerance, window, simulation, room
+    times = storage.array(np.array(task.times, float))
+    window = Window(task.until, task.max_events, rules, times, places)
+    return played, strokes, task.tolerance, window, layout, *rooms
 
 
 def strike_details(
@@ -276,7 +279,7 @@ def strike_details(
     log, losses = as_rows(PhaseLog, room.results.log), np.zeros((contacts, 2))
     losses[:count] = np.reshape(room.losses[:count], (count, 2))
     logged = min(phases, len(log) // contacts) * contacts
-    return log[:logged].reshape(-1, contacts), losses
+    return log[:logged].reshape(-1, contacts).copy(), losses
 
 
 def joined(parts: list[BatchRecording]) -> BatchRecording:

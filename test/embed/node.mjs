@@ -16,7 +16,7 @@ function digest([balls, offsets]) {
   const { play_tables: call } = table.calls;
   const hash = createHash('sha256');
   ['balls', 'ends', 'cues'].forEach((each) => hash.update(call.rows(`tables.${each}`).bytes));
-  ['simulation.segments', 'simulation.events', 'room.participants'].forEach((path, k) => {
+  ['tables.segments', 'tables.events', 'room.participants'].forEach((path, k) => {
     hash.update(call.rows(path).copy(counts[k]).bytes);
   });
   return hash.digest('hex');

@@ -118,7 +118,7 @@ def test_a_break_has_the_same_bits_also_if_its_record_outgrows_its_room():
     exported = export_scene(scene)
     assert played_in_node(exported, tables, offsets) == digests
     arguments = exported['entries']['play_tables']
-    arguments['simulation']['segments']['shape'] = arguments['simulation']['events']['shape'] = [1]
+    arguments['tables']['segments']['shape'] = arguments['tables']['events']['shape'] = [1]
     arguments['room']['participants']['shape'] = [1, 2]
     assert played_in_node(exported, tables, offsets) == digests
 

@@ -496,7 +496,7 @@ def test_a_task_that_ends_late_is_not_a_timeout():
     problem = problem_of(
         SCENE, target_of(SCENE, {'pot': '8'}), limits_of(SCENE, None, SCENE.noise), SCENE.noise
     )
-    runner = Runner(problem, 10, ThreadPoolExecutor(1), None, None)
+    runner = Runner(problem, 10, ThreadPoolExecutor(1))
     late = Late()
     assert runner._result(late) == 'done'
     assert late.waits == 1
@@ -513,7 +513,7 @@ def test_strokes_that_take_long_do_not_outlast_the_time_limit():
         SCENE, target_of(SCENE, {'pot': '8'}), limits_of(SCENE, None, SCENE.noise), SCENE.noise
     )
     strokes = np.tile([0.0, 0.1, 0.1, 0.3, 2.0], (100 * CHUNK, 1))
-    runner = Runner(problem, 10**6, Slow(1), None, None, time_limit=1.0)
+    runner = Runner(problem, 10**6, Slow(1), time_limit=1.0)
     runner.simulations = 10**6 // 2  # in no time
     done = len(runner.evaluate(strokes, exact=True).success)
     assert 0 < done < len(strokes)
@@ -580,7 +580,7 @@ def test_a_kind_of_candidates_is_tried_only_without_a_good_stroke():
         SCENE, target_of(SCENE, {'pot': '8'}), limits_of(SCENE, None, noise), noise
     )
     with ThreadPoolExecutor(1) as threads:
-        runner = Runner(problem, 4000, threads, None, None)
+        runner = Runner(problem, 4000, threads)
         stages = []
         assert next_stage(problem, runner, stages, best=0.0, share=0.05).name == KINDS[0].name
         assert next_stage(problem, runner, stages, best=GOOD, share=0.05) is None

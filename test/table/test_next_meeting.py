@@ -27,10 +27,10 @@ def simulation():
         [[math.inf] * BALLS for _ in range(BALLS)],
         room.progress[0],
         room.rebound[0],
-        room.segments,
-        room.events,
-        room.rules,
-        room.cue[0],
+        [],
+        [],
+        rules=[],
+        cue=room.cue[0],
     )
     s.cue.meeting_time = math.inf
     for ball in s.balls:

@@ -19,7 +19,7 @@
 
 const WORD = 8; // bytes of a number, and of a word of a table of arguments
 const PAGE = 65536; // bytes by which a memory of WebAssembly grows
-const RECORD = ['simulation.segments', 'simulation.events', 'room.participants'];
+const RECORD = ['tables.segments', 'tables.events', 'room.participants'];
 const OFFSETS = ['a', 'b', 'elevation', 'azimuth', 'speed'];
 const Z95 = 1.959963984540054; // quantile of a two-sided 95 % interval
 const WORKER = 'billiard_shot'; // name of the workers that run this file
