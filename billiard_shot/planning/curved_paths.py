@@ -58,7 +58,7 @@ def curved_candidates(
     robot, count = problem.limits.robot, min(most, CURVES)
     slowest = min(max(SLOWEST, robot.speed_min), robot.speed_max)
     draws = quasi_random(count, 5)
-    draws[:, ELEVATION] **= 2  # lower strokes repeat better, and are simulated faster
+    draws[:, ELEVATION] **= 1.5  # lower strokes repeat better, and are simulated faster
     strokes = strokes_within(problem.limits, draws, slowest)
     strokes[:, AZIMUTH] = 0.0
     found = [Candidates(np.empty((0, 5)), np.empty(0), np.empty(0, np.int64))]
