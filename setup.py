@@ -11,7 +11,7 @@ from pathlib import Path
 import platform
 import sys
 
-from setuptools import find_packages, setup
+from setuptools import Distribution, find_packages, setup
 from setuptools.command.build_py import build_py
 
 try:
@@ -49,11 +49,12 @@ class Build(build_py):
         pack(Path(self.build_lib, package_name, 'library'))
 
 
-class Wheel(bdist_wheel):
-    def finalize_options(self):
-        super().finalize_options()
-        self.root_is_pure = not COMPILES
+class Binary(Distribution):
+    def has_ext_modules(self):
+        return COMPILES
 
+
+class Wheel(bdist_wheel):
     def get_tag(self):
         return ('py3', 'none', WHEEL) if COMPILES else super().get_tag()
 
@@ -134,6 +135,7 @@ setup(
         ],
     },
     zip_safe=False,
+    distclass=Binary,
     cmdclass={'build_py': Build} | ({} if bdist_wheel is object else {'bdist_wheel': Wheel}),
     entry_points={
         'console_scripts': [

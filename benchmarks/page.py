@@ -62,7 +62,7 @@ def in_library(scene, strokes):
         for i, (normal, velocity) in enumerate(zip(*vectors_of(strokes), strict=True)):
             given.normals[0], given.velocities[0] = normal, velocity
             begin = perf_counter()
-            for written in tables[1:]:
+            for written in (tables.cues, tables.balls, tables.ends):
                 written.view(np.uint8).fill(0)
             run(*arguments.values())
             best[i] = min(best[i], perf_counter() - begin)

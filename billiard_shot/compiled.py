@@ -11,7 +11,7 @@ from functools import cached_property
 from operator import is_
 import struct
 import threading
-from typing import Any, ParamSpec, Protocol, TypeVar
+from typing import Any, NamedTuple, ParamSpec, TypeVar
 
 from billiard_shot import machine_code
 from billiard_shot.records import OBJECTS, ROWS, Storage
@@ -35,73 +35,15 @@ def innermost(function: Callable[P, R]) -> Callable[P, R]:
     return function
 
 
-class Run(Protocol):
+class Run(NamedTuple):
     """An entry as it can be called now, and the storage that its arguments live in."""
 
     storage: Storage
-
-    def __call__(self, *args: Any) -> Any:
-        """Call the entry."""
-
-
-class Interpreted:
-    """An entry that Python interprets."""
-
-    storage: Storage = OBJECTS
-
-    def __init__(self, function: Callable[..., Any]) -> None:
-        self.function = function
+    function: Callable[..., Any]
 
     def __call__(self, *args: Any) -> Any:
         """Call the entry."""
         return self.function(*args)
-
-
-class Compiled:
-    """
-    An entry in machine code, which takes the address of a table of its arguments.
-
-    Whether arguments have the types that the description states is not checked: it would take
-    longer than the call. The tests check all calls.
-
-    Parameters
-    ----------
-    function : ctypes function
-    arguments : list of dict
-        From the description of the library.
-    kept : int
-        See `entry`.
-
-    """
-
-    storage: Storage = ROWS
-
-    def __init__(self, function: Any, arguments: list[dict[str, Any]], kept: int) -> None:
-        function.argtypes, function.restype = [ctypes.c_char_p], ctypes.c_int64
-        self.arguments = arguments
-        self.function = function
-        self.new = len(arguments) - kept
-        self._pack_new = table_of(arguments[: self.new])
-        self._pack_kept = table_of(arguments[self.new :])
-        self._last = _Last()
-
-    def __call__(self, *args: Any) -> Any:
-        """Call the entry."""
-        return self.function(self.table(*args))
-
-    def table(self, *args: Any) -> bytes:
-        """Put arguments into a table."""
-        last, kept = self._last, args[self.new :]
-        if last.table is None or not all(map(is_, kept, last.kept)):
-            last.kept, last.table = kept, self._pack_kept(*kept)
-        return self._pack_new(*args[: self.new]) + last.table
-
-
-class _Last(threading.local):
-    """The kept arguments of this thread's last call of an entry, and their part of the table."""
-
-    kept: tuple[Any, ...] = ()
-    table: bytes | None = None
 
 
 class Entry:
@@ -127,7 +69,7 @@ class Entry:
         self.function = function
         self.example = example
         self.kept = kept
-        self.interpreted = Interpreted(function)
+        self.interpreted = Run(OBJECTS, function)
         self.__doc__ = function.__doc__
 
     def __call__(self, *args: Any) -> Any:
@@ -143,12 +85,19 @@ class Entry:
         return self.compiled if storage is ROWS else self.interpreted
 
     @cached_property
-    def compiled(self) -> Compiled:
-        """The function of the library."""
+    def compiled(self) -> Run:
+        """
+        The function of the library.
+
+        It does not check its arguments, which would take longer than the call: they must be what
+        the description of the library states. The tests check all calls.
+        """
         library, name = machine_code.library(), self.function.__name__
         assert library is not None
-        arguments = library.description['entries'][name]['arguments']
-        return Compiled(library.functions[name], arguments, self.kept)
+        function = library.functions[name]
+        function.argtypes, function.restype = [ctypes.c_char_p], ctypes.c_int64
+        table = table_of(library.description['entries'][name]['arguments'], self.kept)
+        return Run(ROWS, lambda *args: function(table(*args)))
 
 
 def entry(
@@ -163,17 +112,33 @@ def entry(
     return lambda function: Entry(function, example, kept)
 
 
+def table_of(arguments: list[dict[str, Any]], kept: int) -> Callable[..., bytes]:
+    """Make a function that puts arguments into a table; the last are kept, see `entry`."""
+    new = len(arguments) - kept
+    pack_new, pack_kept = packer(arguments[:new]), packer(arguments[new:])
+    last = threading.local()
+
+    def table(*args: Any) -> bytes:
+        same = args[new:]
+        if not hasattr(last, 'part') or not all(map(is_, same, last.arguments)):
+            last.arguments, last.part = same, pack_kept(*same)
+        part: bytes = last.part
+        return pack_new(*args[:new]) + part
+
+    return table
+
+
 _FORMATS = {'f8': 'd', 'i8': 'q', 'b1': '?7x'}  # of `struct`; a number takes eight bytes
 
 
-def table_of(arguments: list[dict[str, Any]]) -> Callable[..., bytes]:
+def packer(arguments: list[dict[str, Any]]) -> Callable[..., bytes]:
     """
-    Make a function that puts arguments into a table.
+    Make a function that packs arguments into a table.
 
     It is written for these arguments, and runs several times as fast as a loop over them. For an
     array, the table has its address and its shape. NumPy documents that the structure of an array
-    begins with the address (`PyArrayObject.data`), after what all objects of CPython begin with;
-    `array.ctypes.data` takes seven times as long.
+    begins with the address (`PyArrayObject.data`), after the head that all objects of CPython
+    have; `array.ctypes.data` takes seven times as long.
     """
     values: list[str] = []
     formats: list[str] = []
@@ -193,10 +158,9 @@ def table_of(arguments: list[dict[str, Any]]) -> Callable[..., bytes]:
         return variable
 
     names = ''.join(f'{name(argument)}, ' for argument in arguments)
-    code = f'def table(*args):\n ({names}) = args\n return pack({", ".join(values)})'
     made: dict[str, Any] = {
         'address': ctypes.c_size_t.from_address,
         'pack': struct.Struct(f'<{"".join(formats)}').pack,
     }
-    exec(code, made)
-    return made['table']
+    exec(f'def packed(*args):\n ({names}) = args\n return pack({", ".join(values)})', made)
+    return made['packed']

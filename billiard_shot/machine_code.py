@@ -103,7 +103,7 @@ def _candidates() -> Iterator[Path]:
     """Find libraries for this system."""
     named = os.environ.get('BILLIARD_SHOT_LIBRARY')
     if named:
-        yield Path(named)
+        yield Path(named).absolute()  # only a path is no name of a library of the system
         return
     for folder in (PACKAGED, built()):
         yield from folder.glob(f'{LIBRARY}.*')
@@ -121,8 +121,8 @@ def built() -> Path:
 
 @cache
 def sources() -> str:
-    """Digest of all sources that the library depends on."""
-    files = list(_HERE.glob('*.py'))
+    """Digest of all sources that the library depends on; not of this file."""
+    files = [path for path in _HERE.glob('*.py') if path.name != Path(__file__).name]
     for layer in (*LAYERS, 'compiler'):
         files += (_HERE / layer).rglob('*.py')
     digest = hashlib.sha256()
@@ -131,19 +131,3 @@ def sources() -> str:
         digest.update(f'{path.relative_to(_HERE).as_posix()} {len(content)} '.encode())
         digest.update(content)
     return digest.hexdigest()[:16]
-
-
-# TODO: to be removed with their callers
-available = is_complete = is_loaded
-
-
-def require(report: Any = None) -> bool:
-    """Return whether there is machine code."""
-    return is_loaded()
-
-
-def prepare() -> None:
-    """Do nothing."""
-
-
-load = prepare

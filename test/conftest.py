@@ -1,5 +1,6 @@
 """What holds for all tests."""
 
+from collections.abc import Callable
 import os
 import sys
 from typing import Any
@@ -10,8 +11,7 @@ import numpy as np
 import pytest
 from recorded_launch import launch_file  # noqa: F401 (a fixture)
 
-from billiard_shot import machine_code
-from billiard_shot.compiled import Compiled
+from billiard_shot import compiled, machine_code
 from billiard_shot.compiler.build import provide
 
 NIGHTLY = 'NIGHTLY' in os.environ
@@ -30,16 +30,22 @@ def pytest_sessionstart() -> None:
             provide()
         except ModuleNotFoundError as error:
             warnings.warn(f'no library is built: {error.name} is not installed', stacklevel=1)
-    Compiled.__call__ = _checked_call
+    compiled.table_of = _checked_table_of
 
 
-def _checked_call(entry: Compiled, *args: Any) -> Any:
-    """Call an entry whose arguments are what its description states; nobody else checks this."""
-    for argument, value in zip(entry.arguments, args, strict=True):
-        check(argument, value)
-    return entry.function(entry.table(*args))
+def _checked_table_of(arguments: list[dict[str, Any]], kept: int) -> Callable[..., bytes]:
+    """Make a function that checks arguments before they are in a table; nobody else does."""
+    table = _table_of(arguments, kept)
+
+    def checked(*args: Any) -> bytes:
+        for argument, value in zip(arguments, args, strict=True):
+            check(argument, value)
+        return table(*args)
+
+    return checked
 
 
+_table_of = compiled.table_of
 NUMBERS = {'f8': float, 'i8': (int, np.int64), 'b1': (bool, np.bool_)}
 
 

@@ -103,9 +103,10 @@ def test_nothing_imports_the_tools_where_it_runs():
 
 def test_a_library_is_named_by_a_variable(copied, numbers):
     file = copied / library().name
-    (given, loaded), stderr = run(PREDICT, BILLIARD_SHOT_LIBRARY=str(file))
-    assert (loaded, stderr) == ('True', '')
-    assert json.loads(given) == numbers
+    for name, folder in ((str(file), ROOT), (file.name, copied)):
+        (given, loaded), stderr = run(PREDICT, folder, BILLIARD_SHOT_LIBRARY=name)
+        assert (loaded, stderr) == ('True', '')
+        assert json.loads(given) == numbers
     assert 'No such file' in interprets(numbers, BILLIARD_SHOT_LIBRARY=str(copied / 'none.so'))
 
 
@@ -290,9 +291,14 @@ def test_the_libraries_that_were_used_last_are_kept(tmp_path):
     assert [folder for folder in folders if folder.exists()] == folders[: build.KEPT]
 
 
-def test_an_unknown_target_is_named(tmp_path):
-    with pytest.raises(ValueError, match=r'cannot be built for vax; only for linux-x86_64, '):
-        build.build(tmp_path, ['vax'])
+def test_an_unknown_target_is_named(capsys, tmp_path, monkeypatch):
+    from billiard_shot.cli import main
+
+    monkeypatch.setenv('BILLIARD_SHOT_CACHE', str(tmp_path))
+    assert main(['compile', 'vax']) == 1
+    assert "target must be one of linux-x86_64, linux-aarch64, wasm32, got 'vax'" in (
+        capsys.readouterr().err
+    )
 
 
 @pytest.mark.skipif(shutil.which('nm') is None, reason='needs nm')

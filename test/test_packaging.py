@@ -97,17 +97,15 @@ def test_what_is_imported_is_declared():
     }
     keys = {'numpy': 'python3-numpy', 'scipy': 'python3-scipy', 'yaml': 'python3-yaml'}
     extras = {
-        **{
-            name: name
-            for name in ('distributed', 'gymnasium', 'matplotlib', 'mujoco', 'numba', 'pandas')
-        },
+        **{name: name for name in ('distributed', 'gymnasium', 'matplotlib', 'mujoco', 'pandas')},
         'PIL': 'pillow',
         'imageio': 'imageio[ffmpeg]',
         'imageio_ffmpeg': 'imageio[ffmpeg]',
         'shtab': 'shtab',
     }
     files = (*(ROOT / PACKAGE).rglob('*.py'), *(ROOT / 'launch').glob('*.py'))
-    needed = imported(*files) - set(extras)
+    tools = {'numba', 'llvmlite', 'ziglang'}  # of the build; numba brings llvmlite
+    needed = imported(*files) - set(extras) - tools
     assert {keys.get(name, name) for name in needed} <= declared['exec_depend']
     assert declared['exec_depend'] <= {keys.get(name, name) for name in needed}
     assert {'python3-pytest', 'python3-hypothesis'} <= declared['test_depend']
@@ -115,6 +113,8 @@ def test_what_is_imported_is_declared():
     from_pip = (ROOT / 'setup.py').read_text()
     for name in ('numpy', 'scipy', 'pyyaml', *extras.values()):
         assert f"'{name}>=" in from_pip
+    for_the_build = (ROOT / 'config' / 'requirements-build.txt').read_text()
+    assert {'numba', 'ziglang'} <= set(re.findall(r'^\w+', for_the_build, re.MULTILINE))
 
 
 def test_source_files_are_those_of_an_ament_python_package():
@@ -153,6 +153,8 @@ def test_wheel_has_scenes_the_page_and_what_ros_looks_for(wheel):
         assert f'billiard_shot/scenes/{scene}.yaml' in names
     for part in ('page.html', 'style.css', 'player.js'):
         assert f'billiard_shot/pictures/page/{part}' in names
+    for part in ('core.mjs', 'package.json'):
+        assert f'billiard_shot/embed/web/{part}' in names
     assert 'billiard_shot/ros/demo_strokes.yaml' in names
     shared = [name.split('/data/')[1] for name in names if '/data/' in name]
     for name in (

@@ -1,21 +1,23 @@
-"""The library of these sources: built once, and kept where `billiard_shot.machine_code` looks."""
+"""
+The library of these sources: built once, and kept where `billiard_shot.machine_code` looks.
+
+`python -m billiard_shot.compiler.build FOLDER TARGET ...` builds it in a process of its own.
+"""
 
 from collections.abc import Iterator
-from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 import hashlib
-from importlib import import_module
 from importlib.util import find_spec
 import json
 import os
 from pathlib import Path
+from pkgutil import resolve_name
 import shutil
 import subprocess
 import sys
 from typing import Any
 
 from billiard_shot import machine_code
-from billiard_shot.compiled import Entry
 from billiard_shot.compiler.description import describe
 from billiard_shot.compiler.header import HEADER, header_of
 from billiard_shot.entries import ENTRIES
@@ -36,7 +38,7 @@ def provide(*targets: str) -> Path:
     Parameters
     ----------
     *targets : str
-        By default this machine.
+        Names of `targets.TARGETS`; by default that of this machine.
 
     Raises
     ------
@@ -60,20 +62,21 @@ def provide(*targets: str) -> Path:
 
 def pack(folder: Path) -> None:
     """Put the library for this machine, and the one for browsers, into a folder of a wheel."""
-    made = provide(machine_code.LIBRARY, 'wasm32')
+    targets = machine_code.LIBRARY, 'wasm32'
+    made = provide(*targets)
     folder.mkdir(parents=True, exist_ok=True)
-    for file in made.iterdir():
-        if file.name not in (CAPTURED, 'lock'):
+    for pattern in (*(f'{target}.*' for target in targets), '*.json', '*.h', '*.musl'):
+        for file in made.glob(pattern):
             shutil.copy(file, folder)
 
 
 def _build_apart(folder: Path, targets: list[str]) -> None:
-    """Build in another process: numba cannot be used for anything else after a capture."""
+    """Build in another process: after a capture, numba cannot be used for anything else."""
     for tool in ('numba', 'ziglang'):
         if find_spec(tool) is None:
             raise ModuleNotFoundError(f'{tool} is not installed', name=tool)
     done = subprocess.run(
-        [sys.executable, '-m', 'billiard_shot.compiler', folder, *targets],
+        [sys.executable, '-m', __name__, folder, *targets],
         cwd=Path(__file__).parents[2],  # there it finds the same package
         capture_output=True,
         text=True,
@@ -84,42 +87,26 @@ def _build_apart(folder: Path, targets: list[str]) -> None:
 
 
 def build(folder: Path, targets: list[str]) -> None:
-    """
-    Write the library for targets, its description, its header, and the licence of what is in it.
-
-    Parameters
-    ----------
-    folder : Path
-        If it has the captured code already, that is used.
-    targets : list of str
-        Names of `TARGETS`.
-
-    """
+    """Write the library for targets; its description, header and licences come with it."""
     from billiard_shot.compiler.targets import compile_for, LICENCE, TARGETS
 
-    unknown = set(targets) - set(TARGETS)
-    if unknown:
-        raise ValueError(
-            f'the library cannot be built for {", ".join(unknown)}; only for {", ".join(TARGETS)}'
-        )
-    code = folder / CAPTURED
-    if _is_sound(code):
-        description = machine_code.description_of(code)
+    for target in targets:
+        if target not in TARGETS:
+            raise SystemExit(f'target must be one of {", ".join(TARGETS)}, got {target!r}')
+    captured = folder / CAPTURED
+    if _is_sound(captured):
+        description, code = machine_code.description_of(captured), captured.read_bytes()
     else:
         from billiard_shot.compiler.capture import capture
 
-        entries = [_entry(name) for name in ENTRIES]
-        description = describe(entries)
-        _write(code, capture(entries), description)
+        entries = [resolve_name(name) for name in ENTRIES]
+        description, code = describe(entries), capture(entries)
+        _write(captured, code, description)
         _write(folder / 'COPYRIGHT.musl', LICENCE.read_bytes(), description)
         _write(folder / HEADER, header_of(description, entries).encode(), description)
-    with ProcessPoolExecutor(min(len(targets), os.cpu_count() or 1)) as pool:
-        running = [
-            pool.submit(compile_for, TARGETS[target], code, list(description['entries']))
-            for target in targets
-        ]
-        for target, made in zip(targets, running, strict=True):
-            _write(folder / TARGETS[target].file, made.result(), description)
+    for target in targets:
+        made = compile_for(TARGETS[target], code, list(description['entries']))
+        _write(folder / f'{target}{TARGETS[target].suffix}', made, description)
 
 
 def _write(file: Path, content: bytes, description: dict[str, Any]) -> None:
@@ -127,8 +114,8 @@ def _write(file: Path, content: bytes, description: dict[str, Any]) -> None:
     description['files'][file.name] = hashlib.sha256(content).hexdigest()
     described = json.dumps(description, indent=1).encode()
     for path, each in ((file, content), (file.with_name(machine_code.DESCRIPTION), described)):
-        path.with_suffix('.new').write_bytes(each)
-        path.with_suffix('.new').replace(path)  # at once, for processes that read it
+        path.with_name('new').write_bytes(each)
+        path.with_name('new').replace(path)  # at once, for processes that read it
 
 
 def _is_sound(file: Path) -> bool:
@@ -138,12 +125,6 @@ def _is_sound(file: Path) -> bool:
     except (OSError, ValueError):
         return False
     return True
-
-
-def _entry(name: str) -> Entry:
-    module, function = name.split(':')
-    found: Entry = getattr(import_module(module), function)
-    return found
 
 
 def remove_old(root: Path) -> None:
@@ -160,3 +141,7 @@ def _locked(file: Path) -> Iterator[None]:
         if lockf is not None:
             lockf(lock, LOCK_EX)
         yield
+
+
+if __name__ == '__main__':
+    build(Path(sys.argv[1]), sys.argv[2:])

@@ -28,38 +28,8 @@ OPTIONS: dict[str, Any] = {
     '_nrt': False,
 }
 # Its pointers have 32 bits. Nothing but their alignment depends on that, and what is aligned to
-# four bytes may be aligned to eight; so one module serves all targets.
+# eight bytes is aligned to four; so one module serves all targets.
 LAYOUT = 'wasm32-unknown-unknown'
-
-
-class Code(codegen.Codegen):  # type: ignore[misc]
-    """Collects what numba generates."""
-
-    def __init__(self) -> None:
-        machine = llvm.Target.from_triple(LAYOUT).create_target_machine()
-        self._target_data = machine.target_data
-        self._library_class = Function
-        self.modules: list[Any] = []
-
-    def _create_empty_module(self, name: str) -> ir.Module:
-        module = ir.Module(cgutils.normalize_ir_text(name))
-        module.data_layout = str(self._target_data)
-        return module
-
-    def _add_module(self, module: Any) -> None:
-        """Nothing is run."""
-
-    def set_env(self, name: str, env: Any) -> None:
-        """Nothing is run."""
-
-    def linked(self) -> Any:
-        """Link all modules into one; in pairs, because each link reads all of the target."""
-        modules = self.modules
-        while len(modules) > 1:
-            for target, source in zip(modules[::2], modules[1::2], strict=False):
-                target.link_in(source)
-            modules = modules[::2]
-        return modules[0]
 
 
 class Function(codegen.CodeLibrary):  # type: ignore[misc]
@@ -82,6 +52,28 @@ class Function(codegen.CodeLibrary):  # type: ignore[misc]
     def get_pointer_to_function(self, name: str) -> int:
         """Nothing is run."""
         return 0
+
+
+class Code(codegen.Codegen):  # type: ignore[misc]
+    """All that numba generates."""
+
+    _library_class = Function
+
+    def __init__(self) -> None:
+        self._machine = llvm.Target.from_triple(LAYOUT).create_target_machine()
+        self._target_data = self._machine.target_data
+        self.modules: list[Any] = []
+
+    def _create_empty_module(self, name: str) -> ir.Module:
+        module = ir.Module(cgutils.normalize_ir_text(name))
+        module.data_layout = str(self._target_data)
+        return module
+
+    def _add_module(self, module: Any) -> None:
+        """Nothing is run."""
+
+    def set_env(self, name: str, env: Any) -> None:
+        """Nothing is run."""
 
 
 class Inlined(compiler.Compiler):  # type: ignore[misc]
@@ -116,19 +108,22 @@ def capture(entries: list[Entry]) -> bytes:
     for entry in entries:
         register_jitable(**OPTIONS)(entry.function)
     for entry in entries:
-        types_of_arguments = tuple(map(numba.typeof, entry.example(ROWS)))
+        kinds = tuple(map(numba.typeof, entry.example(ROWS)))
         translated = numba.njit(**OPTIONS)(entry.function)
-        translated.compile(types_of_arguments)
-        description = translated.overloads[types_of_arguments].fndesc
-        code.modules.append(_from_table(context, entry.function.__name__, description))
-    linked: bytes = code.linked().as_bitcode()
+        translated.compile(kinds)
+        called = translated.overloads[kinds].fndesc
+        code.modules.append(_from_table(context, entry.function.__name__, called))
+    while len(code.modules) > 1:  # in pairs, because each link reads all of its target
+        for target, source in zip(code.modules[::2], code.modules[1::2], strict=False):
+            target.link_in(source)
+        code.modules = code.modules[::2]
+    linked: bytes = code.modules[0].as_bitcode()
     return linked
 
 
-def _from_table(context: Any, name: str, description: Any) -> Any:
+def _from_table(context: Any, name: str, called: Any) -> Any:
     """Write the function that reads a table of arguments and calls an entry with them."""
-    module = context.create_module(name)
-    word = ir.IntType(64)
+    module, word = context.create_module(name), ir.IntType(64)
     function = ir.Function(module, ir.FunctionType(word, [word.as_pointer()]), name)
     builder = ir.IRBuilder(function.append_basic_block())
     place = function.args[0]
@@ -143,36 +138,33 @@ def _from_table(context: Any, name: str, description: Any) -> Any:
         if isinstance(kind, numba.types.BaseTuple):
             return context.make_tuple(builder, kind, [argument(each) for each in kind.types])
         value = read()
-        if isinstance(kind, numba.types.Array):
-            array = context.make_array(kind)(context, builder)
-            shape = [read() for _ in range(kind.ndim)]
-            strides = [word(context.get_abi_sizeof(context.get_data_type(kind.dtype)))]
-            for length in shape[:0:-1]:
-                strides.insert(0, builder.mul(strides[0], length))
-            arrayobj.populate_array(
-                array,
-                data=builder.inttoptr(value, array.data.type),
-                shape=shape,
-                strides=strides,
-                itemsize=strides[-1],
-                meminfo=None,
-            )
-            return array._getvalue()
-        model = context.get_value_type(kind)
         if kind == numba.types.boolean:
-            return builder.trunc(value, model)
-        return builder.bitcast(value, model)
+            return builder.trunc(value, context.get_value_type(kind))
+        if not isinstance(kind, numba.types.Array):
+            return builder.bitcast(value, context.get_value_type(kind))
+        array = context.make_array(kind)(context, builder)
+        shape = [read() for _ in range(kind.ndim)]
+        strides = [word(context.get_abi_sizeof(context.get_data_type(kind.dtype)))]
+        for length in shape[:0:-1]:
+            strides.insert(0, builder.mul(strides[0], length))
+        arrayobj.populate_array(
+            array,
+            data=builder.inttoptr(value, array.data.type),
+            shape=shape,
+            strides=strides,
+            itemsize=strides[-1],
+            meminfo=None,
+        )
+        return array._getvalue()
 
-    _, result = context.call_conv.call_function(
+    convention = context.call_conv
+    kind = convention.get_function_type(called.restype, called.argtypes)
+    _, result = convention.call_function(
         builder,
-        ir.Function(
-            module,
-            context.call_conv.get_function_type(description.restype, description.argtypes),
-            description.llvm_func_name,
-        ),
-        description.restype,
-        description.argtypes,
-        [argument(kind) for kind in description.argtypes],
+        ir.Function(module, kind, called.llvm_func_name),
+        called.restype,
+        called.argtypes,
+        [argument(each) for each in called.argtypes],
     )
-    builder.ret(word(0) if description.restype == numba.types.none else result)
+    builder.ret(word(0) if called.restype == numba.types.none else result)
     return llvm.parse_assembly(str(module))

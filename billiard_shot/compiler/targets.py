@@ -1,4 +1,4 @@
-"""Machine code for a target: LLVM optimizes a captured module; zig compiles musl and links."""
+"""Machine code for a target: LLVM optimizes the captured code; zig compiles musl, and links."""
 
 import os
 from pathlib import Path
@@ -10,54 +10,48 @@ from typing import NamedTuple
 import llvmlite.binding as llvm
 import ziglang
 
+_LIBC = Path(ziglang.__file__).parent / 'lib' / 'libc'
+_MUSL = _LIBC / 'musl'
+LICENCE = _MUSL / 'COPYRIGHT'
+
 
 class Target(NamedTuple):
     """A system that the library is built for."""
 
-    file: str  # name of the library
-    triple: str  # of LLVM
+    suffix: str  # of the library's file
+    triple: str  # its name for LLVM
     cpu: str
-    system: str  # as zig names it
+    zig: str  # its name for zig
     headers: str  # folder of zig's, with the types of the system
     link: tuple[str, ...]
 
 
-_SHARED = '-shared', '-fPIC', '-Wl,-Bsymbolic', '-Wl,-z,noexecstack'
+_SHARED = '-shared', '-fPIC'
+_STACK = 1 << 20  # bytes
 TARGETS = {
     'linux-x86_64': Target(
-        'linux-x86_64.so',
-        'x86_64-unknown-linux-gnu',
-        'x86-64',
-        'x86_64-linux-musl',
-        'x86_64-linux-musl',
-        _SHARED,
+        '.so', 'x86_64-linux-gnu', 'x86-64', 'x86_64-linux-musl', 'x86_64-linux-musl', _SHARED
     ),
     'linux-aarch64': Target(
-        'linux-aarch64.so',
-        'aarch64-unknown-linux-gnu',
-        'generic',
-        'aarch64-linux-musl',
-        'aarch64-linux-musl',
-        _SHARED,
+        '.so', 'aarch64-linux-gnu', 'generic', 'aarch64-linux-musl', 'aarch64-linux-musl', _SHARED
     ),
     'wasm32': Target(
-        'wasm32.wasm',
+        '.wasm',
         'wasm32-unknown-unknown',
         'generic',
         'wasm32-wasi-musl',
         'wasm-wasi-musl',
-        ('-Wl,--no-entry', '-Wl,--export=__heap_base', '-Wl,-z,stack-size=1048576'),
+        ('-Wl,--no-entry', '-Wl,--export=__heap_base', f'-Wl,-z,stack-size={_STACK}'),
     ),
 }
-_LIBC = Path(ziglang.__file__).parent / 'lib' / 'libc'
-LICENCE = _LIBC / 'musl' / 'COPYRIGHT'
 # What the code calls, and what that calls in turn.
-_FUNCTIONS = (
+_NAMES = (
     *('sin', 'cos', 'sincos', '__sin', '__cos', '__rem_pio2', '__rem_pio2_large', 'scalbn'),
     *('pow', 'pow_data', 'exp', 'exp_data', 'log10', 'log2', 'log2_data', 'erf'),
     *('atan', 'atan2', 'asin', 'acos', 'hypot', 'floor', 'fabs', 'sqrt', 'sqrt_data'),
     *(f'__math_{each}' for each in ('xflow', 'oflow', 'uflow', 'divzero', 'invalid')),
 )
+_FUNCTIONS = 'string/memset', *(f'math/{name}' for name in _NAMES)
 # No fused multiply-add: the same bits everywhere.
 _OPTIONS = (
     *('-std=c99', '-O2', '-ffreestanding', '-fno-builtin', '-ffp-contract=off', '-U__FP_FAST_FMA'),
@@ -65,37 +59,28 @@ _OPTIONS = (
 )
 
 
-def compile_for(target: Target, code: Path, entries: list[str]) -> bytes:
+def compile_for(target: Target, code: bytes, entries: list[str]) -> bytes:
     """
     Return the library for a target.
 
     Parameters
     ----------
     target : Target
-    code : Path
-        The captured module.
+    code : bytes
+        The captured module, as bitcode.
     entries : list of str
         The functions that it exports.
 
     """
-    with tempfile.TemporaryDirectory() as scratch:
-        made, library = Path(scratch, 'entries.o'), Path(scratch, target.file)
-        made.write_bytes(_optimized(target, code.read_bytes(), entries))
-        _link(target, made, library, entries)
-        return library.read_bytes()
-
-
-def _optimized(target: Target, bitcode: bytes, entries: list[str]) -> bytes:
-    """Return an object file."""
     llvm.initialize_all_targets()
     llvm.initialize_all_asmprinters()
     machine = llvm.Target.from_triple(target.triple).create_target_machine(
         cpu=target.cpu,
         opt=3,
         codemodel='default',
-        reloc='static' if target.file.endswith('wasm') else 'pic',
+        reloc='pic' if '-fPIC' in target.link else 'static',
     )
-    module = llvm.parse_bitcode(bitcode)
+    module = llvm.parse_bitcode(code)
     module.triple, module.data_layout = target.triple, str(machine.target_data)
     # What is internal vanishes if it is not used, as are the environments of numba.
     for each in (*module.functions, *module.global_variables):
@@ -106,28 +91,24 @@ def _optimized(target: Target, bitcode: bytes, entries: list[str]) -> bytes:
     options.loop_vectorization = options.slp_vectorization = False
     passes = llvm.create_pass_builder(machine, options)
     passes.getModulePassManager().run(module, passes)
-    return machine.emit_object(module)
+    exports = [] if target.suffix == '.so' else [f'-Wl,--export={name}' for name in entries]
+    return _linked(target, machine.emit_object(module), exports)
 
 
-def _link(target: Target, made: Path, library: Path, entries: list[str]) -> None:
+def _linked(target: Target, made: bytes, exports: list[str]) -> bytes:
     """Link an object file with the functions of musl that it calls."""
-    musl = _LIBC / 'musl'
-    headers = musl / 'src' / 'include', musl / 'src' / 'internal', musl / 'arch' / 'generic'
+    headers = _MUSL / 'src' / 'include', _MUSL / 'src' / 'internal', _MUSL / 'arch' / 'generic'
     systems = _LIBC / 'include' / target.headers, _LIBC / 'include' / 'generic-musl'
-    exports = [f'-Wl,--export={name}' for name in entries] if target.file.endswith('wasm') else []
-    sources = [musl / 'src' / 'math' / f'{name}.c' for name in _FUNCTIONS]
-    command: tuple[str | Path, ...] = (
-        *(sys.executable, '-m', 'ziglang', 'cc', '-target', target.system, *_OPTIONS),
-        *(f'-I{each}' for each in headers),
-        *(f'-isystem{each}' for each in systems),
-        *(*target.link, *exports, '-o'),
-        *(library, made, *sources),
-        musl / 'src' / 'string' / 'memset.c',
-    )
-    scratch = str(library.parent)
-    caches = {'ZIG_GLOBAL_CACHE_DIR': scratch, 'ZIG_LOCAL_CACHE_DIR': scratch}
-    done = subprocess.run(
-        command, env=os.environ | caches, cwd=scratch, capture_output=True, text=True, check=False
-    )
-    if done.returncode:
-        raise RuntimeError(f'{library.name} cannot be linked: {done.stderr.strip()[-2000:]}')
+    sources = [_MUSL / 'src' / f'{name}.c' for name in _FUNCTIONS]
+    with tempfile.TemporaryDirectory() as scratch:
+        entries, library = Path(scratch, 'entries.o'), Path(scratch, f'library{target.suffix}')
+        entries.write_bytes(made)
+        command: tuple[str | Path, ...] = (
+            *(sys.executable, '-m', 'ziglang', 'cc', '-target', target.zig, *_OPTIONS),
+            *(*(f'-I{each}' for each in headers), *(f'-isystem{each}' for each in systems)),
+            *(*target.link, *exports, '-o'),
+            *(library, entries, *sources),
+        )
+        caches = {'ZIG_GLOBAL_CACHE_DIR': scratch, 'ZIG_LOCAL_CACHE_DIR': scratch}
+        subprocess.run(command, env=os.environ | caches, cwd=scratch, check=True)
+        return library.read_bytes()

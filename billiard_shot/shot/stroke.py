@@ -344,5 +344,7 @@ def _direction(name: str, values: Numbers, count: int) -> list[float]:
     found = read_numbers(name, values, count)
     if not any(found):
         raise ValueError(f'{name} must not be zero, got {values!r}')
+    if abs(sum(each * each for each in found) - 1.0) <= 2.0 * rounding.SUM:
+        return found  # as `unit_rows` does, but in a tenth of the time
     unit: list[float] = unit_rows(np.array([found]))[0].tolist()
     return unit

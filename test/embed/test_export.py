@@ -7,12 +7,13 @@ import subprocess
 import sys
 
 from node_js import needs_node, NODE
+import pytest
 
-from billiard_shot import predict, Stroke
+from billiard_shot import machine_code, predict, Stroke
 from billiard_shot.cli import main
 from billiard_shot.embed.core_files import core_folder
-from billiard_shot.machine_code import LIBRARY
 
+pytestmark = pytest.mark.skipif(not machine_code.is_loaded(), reason='needs machine code')
 EXAMPLES = Path(__file__).resolve().parents[2] / 'docs' / 'examples'
 COMPILER = ['cc'] if shutil.which('cc') else [sys.executable, '-m', 'ziglang', 'cc']
 
@@ -37,7 +38,7 @@ def test_the_program_in_javascript(tmp_path):
 def test_the_program_in_c(tmp_path):
     assert main(['export', 'blocked', '-o', str(tmp_path / 'scene.h'), '--core']) == 0
     shutil.copy(EXAMPLES / 'shoot.c', tmp_path)
-    (library,) = tmp_path.glob(f'{LIBRARY}.*')
+    (library,) = tmp_path.glob(f'{machine_code.LIBRARY}.*')
     strict = '-std=c11', '-Wall', '-Wextra', '-Wpedantic', '-Wno-unused-variable'
     run(*COMPILER, *strict, 'shoot.c', f'./{library.name}', '-o', 'shoot', folder=tmp_path)
     end, *balls = run('./shoot', folder=tmp_path).splitlines()
@@ -58,7 +59,7 @@ def test_the_headers_are_also_c_plus_plus(tmp_path):
             return play_tables_arguments.tables.ends->status == STATUS_INVALID_STROKE ? 0 : 1;
         }""")
     compiler = ['c++'] if shutil.which('c++') else [*COMPILER[:-1], 'c++']
-    (library,) = tmp_path.glob(f'{LIBRARY}.*')
+    (library,) = tmp_path.glob(f'{machine_code.LIBRARY}.*')
     strict = '-std=c++20', '-Wall', '-Wextra', '-Wno-unused-variable'
     run(*compiler, *strict, 'play.cpp', f'./{library.name}', '-o', 'play', folder=tmp_path)
     run('./play', folder=tmp_path)
@@ -66,7 +67,7 @@ def test_the_headers_are_also_c_plus_plus(tmp_path):
 
 def test_a_header_of_another_version_is_refused(tmp_path):
     assert main(['export', 'paper', '-o', str(tmp_path / 'scene.h')]) == 0
-    header = (core_folder(LIBRARY) / 'billiard_shot.h').read_text()
+    header = (core_folder(machine_code.LIBRARY) / 'billiard_shot.h').read_text()
     (tmp_path / 'billiard_shot.h').write_text(re.sub('SOURCES .*', 'SOURCES 0x1', header))
     done = subprocess.run(
         [*COMPILER, '-fsyntax-only', 'scene.h'],

@@ -13,7 +13,7 @@ from node_js import needs_node, NODE
 import numpy as np
 import pytest
 
-from billiard_shot import predict, predict_batch, Scene, shots, Stroke
+from billiard_shot import machine_code, predict, predict_batch, Scene, shots, Stroke
 from billiard_shot.embed.core_files import core_folder, MODULE, PAGES
 from billiard_shot.embed.page_scene import export_scene
 from billiard_shot.planning.statistics import wilson_interval
@@ -26,6 +26,7 @@ from billiard_shot.table.run import POCKET_NAMES
 from billiard_shot.table.table_states import TableStates
 from billiard_shot.table.task import run_with_events
 
+pytestmark = pytest.mark.skipif(not machine_code.is_loaded(), reason='needs machine code')
 needs_browser = pytest.mark.skipif(find_browser() is None, reason='needs Chromium')
 
 
