@@ -15,12 +15,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.planning.evaluate import Outcomes
 from billiard_shot.planning.limits import raise_for_clearance
 from billiard_shot.planning.places import draw_places, for_each
 from billiard_shot.planning.problem import Problem
-from billiard_shot.planning.routes import Candidates
 from billiard_shot.planning.runner import Runner
+from billiard_shot.planning.stages import Stage
 from billiard_shot.records import Array
 from billiard_shot.scene.player import AZIMUTH, ELEVATION, SPEED
 
@@ -49,12 +48,14 @@ class Population(NamedTuple):
         return Population(*fields)
 
 
-def population_of(candidates: Candidates, outcomes: Outcomes) -> Population:
-    """Make a population of candidates that were evaluated."""
+def population_of(stage: Stage, chosen: NDArray[np.int64]) -> Population:
+    """Make a population of some candidates of a stage."""
+    candidates, outcomes = stage.candidates.take(chosen), stage.outcomes.take(chosen)
     strokes = candidates.strokes
     sigma = np.empty_like(strokes)
-    sigma[:, :2], sigma[:, ELEVATION] = OFFSET_SIGMA, ELEVATION_SIGMA
-    sigma[:, AZIMUTH], sigma[:, SPEED] = candidates.spread, SPEED_SIGMA * strokes[:, SPEED]
+    sigma[:, :2], sigma[:, ELEVATION] = stage.width * OFFSET_SIGMA, ELEVATION_SIGMA
+    sigma[:, AZIMUTH] = candidates.spread
+    sigma[:, SPEED] = stage.width * SPEED_SIGMA * strokes[:, SPEED]
     success, once = outcomes.success.astype(float), np.ones(len(strokes), np.int64)
     return Population(strokes, sigma, outcomes.value, success, outcomes.penalty, once)
 

@@ -1,10 +1,8 @@
 """
 Paths past balls that block the direct route: curves and massés around them, jumps over them.
 
-The path of a ball on a cloth scales with the square of the cue speed: at twice the speed it has
-the same shape and is four times as large. One path for each pair of offsets and each elevation
-therefore serves all speeds and directions: the path at 1 m/s along +x is scaled and turned so that
-it goes through the waypoint.
+Strokes of all offsets, elevations and speeds are simulated once, along +x on an endless cloth. The
+paths of the ball are then turned so that they go through a waypoint.
 """
 
 from collections.abc import Callable
@@ -16,7 +14,8 @@ from numpy.typing import NDArray
 
 from billiard_shot.planning.limits import raise_for_clearance
 from billiard_shot.planning.problem import Problem
-from billiard_shot.planning.routes import Candidates, spread_of
+from billiard_shot.planning.routes import Candidates, spread_of, strokes_within
+from billiard_shot.planning.statistics import quasi_random
 from billiard_shot.planning.waypoints import distances_from, MIN_CUT_COSINE, Waypoint
 from billiard_shot.records import Array
 from billiard_shot.scene.player import AZIMUTH, ELEVATION
@@ -28,55 +27,61 @@ from billiard_shot.status import Status
 from billiard_shot.table.task import run_recorded
 from billiard_shot.table.trajectory import Trajectory
 
-SIDE_FACTORS = (-0.9, -0.6, -0.3, 0.0, 0.3, 0.6, 0.9)  # a and b relative to the largest offset
-HEIGHT_FACTORS = (-0.8, -0.4, 0.0, 0.4, 0.8)
-CURVE_ELEVATIONS = tuple(
-    math.radians(degrees) for degrees in (4, 9, 15, 22, 30, 38, 46, 54, 62, 70, 78)
-)
-SPEED_COUNT_OF_CURVES = 14
+CURVES, CURVES_AT_ONCE = 8_000, 100  # simulated strokes at most; between two polls of the search
+ENOUGH = 60  # candidates
+SLOWEST = 0.6  # m/s, of the cue
 # A path is approximated by lines: number for each of its first segments, number of these segments,
 # and number for all other segments together.
 LINES_PER_SEGMENT, DENSE_SEGMENTS, COARSE_LINES = 6, 6, 12
 MAX_SEGMENTS = 40  # of a path
-CURVE_TOLERANCE = 1e-4  # m, of a path at 1 m/s
+CURVE_TOLERANCE = 1e-3  # m, of a path
 PATH_POINTS = LINES_PER_SEGMENT * DENSE_SEGMENTS + COARSE_LINES + 1  # points of a path
-MIN_CLEARANCE = 0.003  # m, of a path from other balls
 MAX_ARRIVAL_HEIGHT = 0.8  # ball radii above the cloth: a higher ball does not hit another one well
 
 
-class StrikeLibrary(NamedTuple):
-    """Strikes of a cue at 1 m/s along +x, and the paths of the ball on an endless cloth."""
+class Curves(NamedTuple):
+    """Strokes along +x, and the paths of the ball on an endless cloth."""
 
-    offsets: Array  # (n, 3) a, b and elevation
+    strokes: Array  # (n, 5) a, b, elevation, azimuth, speed
     paths: Array  # (n, PATH_POINTS, 3) m relative to the start; z is 0 on the cloth
 
 
-def build_strike_library(problem: Problem) -> StrikeLibrary:
-    """Simulate strikes on a grid of offsets and elevations within the limits."""
-    robot = problem.limits.robot
-    low, high = problem.limits.elevations
-    offsets = np.array(
-        [
-            (robot.offset_max * side, robot.offset_max * height, elevation)
-            for elevation in CURVE_ELEVATIONS
-            if low <= elevation <= high
-            for height in HEIGHT_FACTORS
-            for side in SIDE_FACTORS
-            if math.hypot(side, height) <= 1.0
-        ]
-    ).reshape(-1, 3)
-    strokes = np.column_stack([offsets, np.zeros(len(offsets)), np.ones(len(offsets))])
-    model = problem.model._replace(follow_through=0.0)  # double hits do not scale with the speed
+def curved_candidates(
+    problem: Problem, points: list[Waypoint], most: int, goes_on: Callable[[], bool]
+) -> Candidates:
+    """
+    Find strokes whose paths reach waypoints clear of all other balls.
+
+    At most `most` strokes are simulated, and no more if `ENOUGH` are found, or the search does not
+    go on.
+    """
+    robot, count = problem.limits.robot, min(most, CURVES)
+    slowest = min(max(SLOWEST, robot.speed_min), robot.speed_max)
+    draws = quasi_random(count, 5)
+    draws[:, ELEVATION] **= 1.5  # lower strokes repeat better, and are simulated faster
+    strokes = strokes_within(problem.limits, draws, slowest)
+    strokes[:, AZIMUTH] = 0.0
+    found = [Candidates(np.empty((0, 5)), np.empty(0), np.empty(0, np.int64))]
+    for first in range(0, count, CURVES_AT_ONCE):
+        if not goes_on() or sum(len(each.route) for each in found) >= ENOUGH:
+            break
+        curves = _simulated(problem, strokes[first : first + CURVES_AT_ONCE])
+        found += [_through(problem, curves, point, number) for number, point in enumerate(points)]
+    return Candidates(*map(np.concatenate, zip(*found, strict=True)))
+
+
+def _simulated(problem: Problem, strokes: Array) -> Curves:
+    """Simulate strokes (n, 5), and keep those whose tip does not slide, with their paths."""
     accuracy = Accuracy(CURVE_TOLERANCE, checked=False)
-    run = play_by(run_recorded, alone(model), *vectors_of(strokes), None, accuracy)
+    run = play_by(run_recorded, alone(problem.model), *vectors_of(strokes), None, accuracy)
     ends = run.tables['segments']
-    usual = (run.status == Status.OK) & ~run.cues['miscue']
+    usual = (run.status == Status.OK) & ~run.cues['miscue'] & (run.tables['cue_hits'] == 0)
     kept = np.flatnonzero(usual & (np.diff(ends, prepend=0) <= MAX_SEGMENTS))
     motions = np.split(run.segments, ends[:-1])
     paths = [Trajectory(motions[i].copy()) for i in kept]
     start = np.array([0.0, 0.0, problem.radius])
     places = [path.at(_times(path)).position - start for path in paths]
-    return StrikeLibrary(offsets[kept], np.array(places).reshape(-1, PATH_POINTS, 3))
+    return Curves(strokes[kept], np.array(places).reshape(-1, PATH_POINTS, 3))
 
 
 def _times(path: Trajectory) -> Array:
@@ -91,36 +96,17 @@ def _times(path: Trajectory) -> Array:
     return np.append(dense, np.linspace(ends[-1], path.duration, COARSE_LINES + 1))
 
 
-def curved_candidates(
-    problem: Problem,
-    strikes: StrikeLibrary,
-    point: Waypoint,
-    count: int,
-    goes_on: Callable[[], bool],
-) -> Candidates:
-    """Find up to `count` strokes whose paths reach a waypoint clear of all other balls."""
-    robot = problem.limits.robot
-    slowest = min(max(0.6, robot.speed_min), robot.speed_max)
-    found, spreads = [np.empty((0, 5))], [np.empty(0)]
-    for speed in np.geomspace(slowest, robot.speed_max, SPEED_COUNT_OF_CURVES):
-        if not goes_on():
-            break
-        paths = strikes.paths * speed**2
-        azimuth, clear, cut, length = _turn_through(problem, paths, point)
-        fit = np.flatnonzero(clear & (cut > MIN_CUT_COSINE))
-        found.append(
-            np.column_stack([strikes.offsets[fit], azimuth[fit], np.full(len(fit), speed)])
-        )
-        spreads.append(np.array([spread_of(problem, point, length, float(cut[i])) for i in fit]))
-    strokes, spread = np.concatenate(found), np.concatenate(spreads)
-    allowed = problem.limits.allows_azimuth(strokes[:, AZIMUTH])
-    strokes, spread = strokes[allowed], spread[allowed]
+def _through(problem: Problem, curves: Curves, point: Waypoint, number: int) -> Candidates:
+    """Turn strokes to a waypoint with this number; return those that reach it past all balls."""
+    azimuth, clear, cut, length = _turn_through(problem, curves.paths, point)
+    fit = np.flatnonzero(clear & (cut > MIN_CUT_COSINE) & problem.limits.allows_azimuth(azimuth))
+    strokes = curves.strokes[fit]
+    strokes[:, AZIMUTH] = azimuth[fit]
     raised = raise_for_clearance(problem.scene, problem.limits, strokes)
     # A higher cue gives another path.
     free = np.flatnonzero(np.abs(raised[:, ELEVATION] - strokes[:, ELEVATION]) < 1e-9)
-    # chosen evenly from all speeds and elevations
-    free = free[np.linspace(0, len(free) - 1, min(count, len(free))).astype(np.int64)]
-    return Candidates(raised[free], spread[free], np.zeros(len(free), np.int64))
+    spread = [spread_of(problem, point, length, each) for each in cut[fit[free]].tolist()]
+    return Candidates(raised[free], np.array(spread), np.full(len(free), number))
 
 
 def _turn_through(
@@ -159,7 +145,7 @@ def _turn_through(
         if other != point.struck:
             rows = np.flatnonzero(clear)
             apart = distances_from(world[rows], np.array([*problem.places[other], 0.0]))
-            clear[rows] = apart > 2.0 * problem.radius + MIN_CLEARANCE
+            clear[rows] = apart > 2.0 * problem.radius
     step = p1 - p0
     heading = np.stack(
         [cosine * step[:, 0] - sine * step[:, 1], sine * step[:, 0] + cosine * step[:, 1]], axis=1

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.planning.limits import raise_for_clearance
+from billiard_shot.planning.limits import Limits, raise_for_clearance
 from billiard_shot.planning.problem import Problem
 from billiard_shot.planning.statistics import quasi_random
 from billiard_shot.planning.strikes import along_azimuth, strike_alone
@@ -160,18 +160,26 @@ def spread_azimuth(candidates: Candidates) -> Candidates:
     return many
 
 
+def strokes_within(limits: Limits, draws: Array, slowest: float) -> Array:
+    """Spread draws (n, 5) from 0 to 1 over the strokes within limits, from a speed [m/s] on."""
+    robot, (low, high) = limits.robot, limits.elevations
+    strokes = np.empty_like(draws)
+    radius, angle = robot.offset_max * np.sqrt(draws[:, A]), 2.0 * np.pi * draws[:, B]
+    strokes[:, A], strokes[:, B] = radius * np.cos(angle), radius * np.sin(angle)
+    strokes[:, ELEVATION] = low + (high - low) * draws[:, ELEVATION]
+    half_range = np.radians(robot.azimuth_half_range_deg)
+    strokes[:, AZIMUTH] = np.radians(robot.azimuth_deg) + half_range * (
+        2.0 * draws[:, AZIMUTH] - 1.0
+    )
+    strokes[:, SPEED] = slowest * (robot.speed_max / slowest) ** draws[:, SPEED]
+    return strokes
+
+
 def random_candidates(problem: Problem, count: int, skip: int) -> Candidates:
     """Draw quasi-random strokes within all limits, without the first `skip` of the sequence."""
-    robot = problem.limits.robot
     draws = quasi_random(count, 5, skip)
-    strokes = np.empty((count, 5))
-    radius, angle = robot.offset_max * np.sqrt(draws[:, 0]), 2.0 * np.pi * draws[:, 1]
-    strokes[:, A], strokes[:, B] = radius * np.cos(angle), radius * np.sin(angle)
-    low, high = problem.limits.elevations
-    strokes[:, ELEVATION] = low + (high - low) * draws[:, 2] ** 3  # mostly low
-    half_range = np.radians(robot.azimuth_half_range_deg)
-    strokes[:, AZIMUTH] = np.radians(robot.azimuth_deg) + half_range * (2.0 * draws[:, 3] - 1.0)
-    strokes[:, SPEED] = robot.speed_min * (robot.speed_max / robot.speed_min) ** draws[:, 4]
+    draws[:, ELEVATION] **= 3  # mostly low
+    strokes = strokes_within(problem.limits, draws, problem.limits.robot.speed_min)
     strokes = raise_for_clearance(problem.scene, problem.limits, strokes)
     strokes = strokes[~np.isnan(strokes).any(axis=1)]
     return Candidates(strokes, np.full(len(strokes), 0.05), np.arange(len(strokes)))

@@ -70,9 +70,7 @@ def search(problem: Problem, runner: Runner, seed: int) -> Found:
                 nearest = min(nearest, float(stage.outcomes.penalty.min()))
                 count = max(4, round(effort * REFINED))
                 chosen = choose_candidates(stage.candidates, stage.outcomes, count, draws)
-                population = population_of(
-                    stage.candidates.take(chosen), stage.outcomes.take(chosen)
-                )
+                population = population_of(stage, chosen)
                 found.append(population)
                 for better in refine(problem, runner, population, draws, effort):
                     found[-1] = better

@@ -14,13 +14,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from billiard_shot.planning.curved_paths import build_strike_library, curved_candidates
+from billiard_shot.planning.curved_paths import curved_candidates
 from billiard_shot.planning.evaluate import Outcomes
 from billiard_shot.planning.problem import Problem
 from billiard_shot.planning.routes import (
     Candidates,
     candidates_along,
-    concatenate,
     random_candidates,
     Route,
     routes_to,
@@ -31,7 +30,7 @@ from billiard_shot.planning.waypoints import combinations, Waypoint, waypoints
 
 CANDIDATES, CANDIDATE_SHARE = 6_000, 0.3  # of a stage: at most; and as a share of the budget
 MAX_ROUTES = 24  # of each kind of route
-CURVED_COUNT, CURVED_POINTS = 360, 6  # curved candidates in all; waypoints that they are for
+CURVED_POINTS, CURVE_SHARE = 6, 0.13  # waypoints; curves that are simulated, of the budget
 GOOD = 0.9  # value of a stroke with which only straight paths are tried
 RANDOM_BELOW = 0.1  # value of a stroke: with a better one no random strokes are tried
 
@@ -43,6 +42,7 @@ class Stage:
     name: str
     candidates: Candidates
     outcomes: Outcomes
+    width: float  # of the search around them, see `Kind`
     value: float = 0.0  # of its best stroke so far
 
 
@@ -74,7 +74,7 @@ def next_stage(
 
     """
     while runner.left > 0 or not stages:
-        name, below, make = _kind(len(stages))
+        name, below, make, width = _kind(len(stages))
         if best >= below:
             break
         made = make(problem, runner)
@@ -83,7 +83,7 @@ def next_stage(
         made = made.take(evenly.astype(np.int64))
         outcomes = runner.evaluate(made.strokes)
         count = len(outcomes.penalty)  # fewer than there are candidates, if the time is up
-        stages.append(Stage(name, made.take(np.arange(count)), outcomes))
+        stages.append(Stage(name, made.take(np.arange(count)), outcomes, width))
         if count:
             return stages[-1]
     return None
@@ -95,6 +95,8 @@ class Kind(NamedTuple):
     name: str
     below: float  # it is tried if no stroke so far has a value as good as this
     make: Callable[[Problem, Runner], Candidates]
+    # Of the search around candidates in offsets and speed: smaller if these are nearly right.
+    width: float = 1.0
 
 
 def _kind(number: int) -> Kind:
@@ -142,10 +144,8 @@ def _curved(problem: Problem, runner: Runner) -> Candidates:
     points = sorted(points, key=attrgetter('after'))[:CURVED_POINTS]
     if not points:
         return candidates_along(problem, [])
-    strikes = build_strike_library(problem)
-    count = CURVED_COUNT // len(points)
-    curves = [curved_candidates(problem, strikes, each, count, runner.goes_on) for each in points]
-    return spread_azimuth(concatenate(curves))
+    most = round(CURVE_SHARE * runner.budget)
+    return spread_azimuth(curved_candidates(problem, points, most, runner.goes_on))
 
 
 def _random(before: int, problem: Problem, _: Runner) -> Candidates:
@@ -157,6 +157,6 @@ KINDS = (
     Kind('straight paths', math.inf, _straight),
     Kind('combinations', GOOD, _combinations),
     Kind('one cushion', 0.5, partial(_by_cushions, ((0, 1), (1, 0)), MAX_ROUTES)),
-    Kind('curves', 0.3, _curved),  # late, because a curve takes several times as long
+    Kind('curves', 0.3, _curved, width=0.5),  # late, because a curve takes long
     Kind('two cushions', RANDOM_BELOW, partial(_by_cushions, ((0, 2), (2, 1)), 2 * MAX_ROUTES)),
 )

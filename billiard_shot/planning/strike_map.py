@@ -5,10 +5,10 @@ The azimuth of a stroke only turns velocity and spin of the ball. Over the speed
 are a function of the offsets a and b, of the elevation, and a little of that speed. A map divides
 the four into cells, and fits a polynomial to exact strikes in each cell that a search needs. A
 cell is used only if other exact strikes, which had no part in the fit, agree with it. A cell with
-miscues, kinks or discontinuities, or in which the tip meets the ball twice in a strike, is divided
-into eight by a, b and elevation, and each of these is fitted where a search needs it. Strokes in
-cells that are too small to be divided, or that have few strokes, are solved exactly. The sign of a
-mirrors a strike.
+miscues, kinks or discontinuities, in which the tip meets the ball twice in a strike, or that
+contains `NORMALS_MOVE_FROM`, is divided into eight by a, b and elevation, and each of these is
+fitted where a search needs it. Strokes in cells that are too small to be divided, or that have few
+strokes, are solved exactly. The sign of a mirrors a strike.
 
 Cells that choose strokes may have larger errors than those with which their success is stated.
 """
@@ -25,8 +25,8 @@ from numpy.typing import NDArray
 from billiard_shot.planning.statistics import quasi_random
 from billiard_shot.planning.strikes import strike_alone
 from billiard_shot.records import Array
-from billiard_shot.scene.player import A, AZIMUTH, B, SPEED
-from billiard_shot.shot.strike_model import StrikeModel
+from billiard_shot.scene.player import A, AZIMUTH, B, ELEVATION, SPEED
+from billiard_shot.shot.strike_model import NORMALS_MOVE_FROM, StrikeModel
 from billiard_shot.table.mapped_strike import (
     ALL_SOLVED,
     EXPONENTS,
@@ -52,7 +52,7 @@ FEWEST = 24  # strokes of a search in a cell: with fewer, a fit does not pay
 # trials whose success is stated. A shift by the second changes a success by at most 0.8 points,
 # because the density of a normal error is at most 0.4.
 DEVIATION_SHARE, STRICT_SHARE = 0.2, 0.02
-USUAL_SPEED, FASTEST = 2.0, 20.0  # m/s: faster strokes are not mapped
+USUAL_SPEED, FASTEST = 2.0, 18.0  # m/s: faster strokes are not mapped
 
 Cell: TypeAlias = tuple[int, int, int, int, int]
 """Level, and how many sizes of a cell of this level its corner is away from zero."""
@@ -178,8 +178,9 @@ def fit_cell(model: StrikeModel, cell: Cell) -> Fit:
     """Fit a polynomial to exact strikes in a cell, and find its error in others."""
     strokes = np.zeros((len(PLACES), 5))
     strokes[:, VARIED] = (np.array(cell[1:]) + 0.5 + 0.5 * PLACES) * sizes_of(cell[0])
-    struck = strike_alone(model, strokes)
-    if not struck.regular.all():
+    struck, elevations = strike_alone(model, strokes), strokes[:, ELEVATION]
+    jumps = elevations.min() < NORMALS_MOVE_FROM < elevations.max()
+    if jumps or not struck.regular.all():
         return Fit(np.zeros((TERMS, MOTION)), np.full(MOTION, np.inf))
     exact = np.column_stack(struck[:3]) / strokes[:, [SPEED]]
     found: Array = LEAST_SQUARES @ exact[:FITTED_STRIKES]

@@ -1,7 +1,7 @@
 """The numbers of a scene that a strike depends on, in the form that compiled code takes."""
 
 from functools import lru_cache
-from math import inf
+from math import inf, radians, sin
 from typing import NamedTuple
 
 from billiard_shot.compiled import inner
@@ -15,6 +15,7 @@ from billiard_shot.table.scene_params import ball_cloth_params
 
 REACH = 0.03  # m: farther than a ball goes while the tip of a cue at 10 m/s touches it
 NORMALS = 16  # that a contact has in TIP_DURATION
+NORMALS_MOVE_FROM = radians(35.0)  # elevation [rad], see docs/limits.md
 
 
 class StrikeModel(NamedTuple):
@@ -79,6 +80,7 @@ def cue_params(model: StrikeModel, table: TableParams) -> CueParams:
         on_cloth=model.on_cloth,
         moves=moves,
         follow_through=model.follow_through,
+        normals_move_from=sin(NORMALS_MOVE_FROM) if moves and model.follow_through > 0.0 else inf,
     )
 
 

@@ -74,7 +74,7 @@ def _stages(problem: Problem, runner: Runner, draws: np.random.Generator) -> Ite
     best = 0.0
     while len(made) < len(KINDS) and (stage := next_stage(problem, runner, made, best)):
         chosen = choose_candidates(stage.candidates, stage.outcomes, REFINED, draws)
-        population = population_of(stage.candidates.take(chosen), stage.outcomes.take(chosen))
+        population = population_of(stage, chosen)
         refined = tuple(refine(problem, runner, population, draws, effort=1.0))
         best = max([best, *(float(last.value[0]) for last in refined[-1:])])
         yield StoryStage(stage.name, stage.candidates.strokes, stage.outcomes.success, refined)

@@ -36,12 +36,14 @@ class CueParams(NamedTuple):
     moves: bool  # whether bodies move during the impact
     # m, that the cue goes on after the strike, and may hit the ball again; 0: it does not
     follow_through: float
-    # Whether a strike with one hit, that reaches only the cloth, keeps the normals of the first
-    # touch, see docs/limits.md.
-    steady: bool = True
+    # Sine of the elevation from which normals move in every strike. Below it, a strike with one
+    # hit, that reaches only the cloth, keeps the normals of the first touch, see docs/limits.md.
+    normals_move_from: float
 
 
-NO_CUE = CueParams(*(0.0,) * 3, 0.0, 1.0, 1.0, 0.0, 1.0, 1.0, 1.0, 1.0, 0.0, inf, True, False, 0.0)
+NO_CUE = CueParams(
+    *(0.0,) * 3, 0.0, 1.0, 1.0, 0.0, 1.0, 1.0, 1.0, 1.0, 0.0, inf, True, False, 0.0, inf
+)
 
 
 @record

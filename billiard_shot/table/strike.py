@@ -3,8 +3,8 @@ The strike with which the run of a table begins: the impact of cue, ball 0, clot
 
 The tip presses the ball for about a millisecond. Meanwhile the ball may reach other balls or a
 cushion, or meet the tip or the cloth more than once. Then it is an impact of moving bodies
-(gather.py), with the distances and normals of each moment. Else the normals are those of the first
-touch, as in the paper.
+(gather.py), with the distances and normals of each moment. So is every steep strike. Else the
+normals are those of the first touch, as in the paper.
 
 Under other laws than `bistiffness` bodies stay in place: only this law defines how contacts close
 again. All contacts then take part that touch at first, and the tip meets the ball once.
@@ -27,7 +27,13 @@ from billiard_shot.table.cluster import (
     solve_bodies,
     takes_part,
 )
-from billiard_shot.table.cue import CueParams, CueRecord, follow_through_time, THE_CUE
+from billiard_shot.table.cue import (
+    CueParams,
+    CueRecord,
+    follow_through_time,
+    THE_CUE,
+    TIP_DURATION,
+)
 from billiard_shot.table.cue_impact import (
     CLOTH_CONTACT,
     set_tip_and_cloth,
@@ -67,16 +73,20 @@ def strike(
     """
     Let the cue of a table strike ball 0.
 
-    If others are near, bodies move at first; if the ball does not reach them, or nothing is near,
-    normals stay; and if tip or cloth meet the ball again, bodies move after all.
+    If others are near or the stroke is steep, bodies move at first. If it is not steep, and the
+    ball reaches no others, normals stay. If tip or cloth then meet the ball again, bodies move
+    after all.
     """
     q, cue = table.cue, cues[number]
     near = cue.others
+    # The tip of a faster cue goes through a good part of the ball, where it has no normal.
+    slow = cue.speed * TIP_DURATION < table.params.radius
     tolerance = CUE_IMPACT_TOLERANCE if near else min(cue.tolerance, CUE_IMPACT_TOLERANCE)
-    impact, moving = STEADY, near or not q.steady
+    steep = slow and -cue.axis[2] >= q.normals_move_from
+    impact, moving = STEADY, near or steep
     if moving:
         impact = solve_near(table, s, cues, number, room, tolerance)
-    if q.steady and not (moving and reaches_others(impact, room)):
+    if not steep and not (moving and reaches_others(impact, room)):
         impact = STEADY
         solve_steady(table, cue, room)
         moving = q.follow_through > 0.0 and q.moves and repeats(room)

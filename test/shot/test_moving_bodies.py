@@ -1,5 +1,6 @@
 """Cue, balls, cushions and cloth that move while they meet, against an independent integration."""
 
+from dataclasses import replace
 import math
 
 from moving_strike import strike
@@ -7,16 +8,18 @@ import numpy as np
 import pytest
 from strike_reference import BALL, CLOTH, EDGE, integrate, Springs
 
-from billiard_shot import Scene, Status, Stroke
+from billiard_shot import predict, predict_batch, Scene, Status, Stroke
+from billiard_shot.scene import Effects
 from billiard_shot.shot.effects import model_of
-from billiard_shot.shot.strike_model import cue_params
+from billiard_shot.shot.strike_model import cue_params, NORMALS_MOVE_FROM
 from billiard_shot.table.cue_impact import CLOTH_CONTACT, MAX_HITS, TIP_CONTACT
 from billiard_shot.table.effects import table_on
 
 POOL = {'like': 'pool_table'}
 GUIDED = {'like': 'pool_table', 'cue': {'mass': 0.5, 'guided': True}}
-R = Scene.load('pool_table').ball.radius
-FURNITURE = Scene.load('pool_table').table
+ALONE = Scene.from_dict({'like': 'pool_table', 'balls': {'cue': [0.0, 0.0]}})
+R = ALONE.ball.radius
+FURNITURE = ALONE.table
 TOUCHING = 0.5 * FURNITURE.length - math.sqrt(R**2 - (FURNITURE.cushion.height * 2.0 * R - R) ** 2)
 STEP = 4e-7  # s; half of it changes the reference by less than 0.001 of the cue's speed
 
@@ -106,6 +109,58 @@ def test_strikes_agree_with_an_integration_of_the_true_geometry(kind, cue):
         errors.append(np.abs(found - wanted).max())
     assert np.median(errors) < 0.002
     assert max(errors) < 0.02
+
+
+def with_first_normals(stroke):
+    """Velocity after a strike that keeps the normals of the first touch."""
+    return predict(replace(ALONE, effects=Effects(double_hit='off')), stroke).velocity
+
+
+@pytest.mark.parametrize(('a', 'b', 'speed'), [(0.3, -0.2, 6.0), (-0.1, -0.3, 4.0)])
+def test_normals_move_in_steep_strikes_with_one_hit(a, b, speed):
+    """From the limit on as in the true geometry, below it as in the paper."""
+    for away, moves in ((1e-9, True), (-1e-9, False)):
+        stroke = Stroke.from_offsets(a, b, NORMALS_MOVE_FROM + away, 0.3, speed)
+        shot = predict(ALONE, stroke)
+        _, wanted, hits, closings = both(ALONE, stroke)
+        assert hits == closings == 1
+        assert shot.double_hit is None
+        error = np.abs(shot.velocity / speed - wanted[:3]).max()
+        first = np.abs(shot.velocity - with_first_normals(stroke)).max() / speed
+        assert (error < 0.005) == moves
+        assert (first > 0.01) == moves
+
+
+def test_the_steepest_strikes_with_one_hit_agree_with_the_true_geometry():
+    """The normals of the first touch would give other velocities."""
+    rng, changes = np.random.default_rng(2), []
+    while len(changes) < 6:
+        a, b = rng.uniform(-0.4, 0.4, 2)
+        stroke = Stroke.from_offsets(
+            a, b, math.radians(rng.uniform(45.0, 80.0)), 0.0, rng.uniform(0.5, 7.0)
+        )
+        shot = predict(ALONE, stroke)
+        if shot.double_hit is not None or shot.miscue:
+            continue
+        found = np.concatenate([shot.velocity, R * shot.spin]) / stroke.speed
+        assert found == pytest.approx(both(ALONE, stroke)[1][:6], abs=0.01)
+        changes.append(np.abs(shot.velocity - with_first_normals(stroke)).max() / stroke.speed)
+    assert np.median(changes) > 0.02
+
+
+def test_strikes_of_any_speed_end_with_a_true_status():
+    """A tip that would go through a good part of the ball keeps the normals of the first touch."""
+    rng, n = np.random.default_rng(4), 300
+    speeds, around = 10.0 ** rng.uniform(-1.5, 2.0, n), rng.uniform(-0.5, 0.5, (n, 2))
+    rows = np.column_stack([around, rng.uniform(0.5, 1.5, n), rng.uniform(-3.0, 3.0, n), speeds])
+    batch = predict_batch('pool', offsets=rows)
+    played = batch.status < Status.MISS
+    assert played.mean() > 0.9
+    assert (batch.status[played] != Status.OK).mean() < 0.05
+    ball = model_of(ALONE).surface
+    energy = 0.5 * ball.mass * (batch.velocity**2).sum(axis=1)
+    energy += 0.5 * ball.inertia * (batch.spin**2).sum(axis=1)
+    assert (energy[played] <= 0.5 * ALONE.cue.mass * speeds[played] ** 2).all()  # false for NaN
 
 
 def directions(rng, count):
