@@ -32,7 +32,7 @@ START_ELEVATIONS = tuple(math.radians(degrees) for degrees in (0, 5, 15, 30, 45,
 GUESSES = 3  # first guesses that are refined
 # If no guess leads to an exact solution: number of quasi-random starts, and how many of them are
 # refined briefly and thoroughly.
-STARTS, PURSUED, FINISHED = 1024, 24, 4
+STARTS, PURSUED, FINISHED = 1024, 48, 8
 BRIEF, THOROUGH = 12, 40  # evaluations of a refinement
 START_SPACING = 0.1  # radii and rad, between starts
 RIM = 0.75  # largest a and b: farther out every tip slips
