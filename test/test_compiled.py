@@ -1,16 +1,19 @@
-"""Tables of arguments, of which a part is kept from call to call."""
+"""Calls of entries: tables of arguments, of which a part is kept, and threads."""
 
-from threading import Thread
+from threading import Event, Thread
+from time import monotonic, sleep
 
+import numpy as np
 import pytest
 
-from billiard_shot import machine_code
-from billiard_shot.compiled import table_of
+from billiard_shot import machine_code, predict_within_noise, Scene
+from billiard_shot.compiled import Run, table_of
 from billiard_shot.records import ROWS
 from billiard_shot.table.play_tables import play_tables
 
+pytestmark = pytest.mark.skipif(not machine_code.is_loaded(), reason='needs the library')
 
-@pytest.mark.skipif(not machine_code.is_loaded(), reason='needs the library')
+
 def test_a_table_has_the_arguments_of_its_call_whatever_was_called_before():
     description = machine_code.library().description
     arguments = description['entries']['play_tables']['arguments']
@@ -32,3 +35,33 @@ def test_a_table_has_the_arguments_of_its_call_whatever_was_called_before():
     thread.join()
     assert found == [second]
     assert table(*mixed) == third
+
+
+def test_other_threads_run_during_a_call(monkeypatch):
+    """The lock of the interpreter is released; ctypes does that."""
+    calls, ticks, ended = [], [], Event()
+    run = play_tables.compiled
+
+    def timed(*args):
+        begin = monotonic()
+        result = run(*args)
+        calls.append((begin, monotonic()))
+        return result
+
+    def tick():
+        while not ended.is_set():
+            ticks.append(monotonic())
+            sleep(0.001)
+
+    monkeypatch.setattr(play_tables, 'compiled', Run(ROWS, timed))
+    scene, strokes = Scene.load('eight_ball'), np.tile([0, 0, 0.1, 0.0, 8.0], (400, 1))
+    thread = Thread(target=tick)
+    thread.start()
+    try:
+        predict_within_noise(scene, strokes, workers=1)
+    finally:
+        ended.set()
+        thread.join()
+    begin, end = max(calls, key=lambda call: call[1] - call[0])
+    quarter = 0.25 * (end - begin)
+    assert any(begin + quarter < each < end - quarter for each in ticks)

@@ -14,7 +14,15 @@ from time import monotonic, sleep
 import numpy as np
 import pytest
 
-from billiard_shot import machine_code, predict_batch, Scene, Stroke
+from billiard_shot import (
+    machine_code,
+    predict_batch,
+    predict_within_noise,
+    Scene,
+    shots,
+    Stroke,
+    TableStates,
+)
 from billiard_shot.compiler import build
 from billiard_shot.entries import ENTRIES
 
@@ -344,6 +352,28 @@ def test_random_shots_are_those_of_interpreted_code(name, monkeypatch):
     apart = np.abs(one.final_position - other.final_position).max(axis=(1, 2))
     assert np.quantile(apart, 0.95) < 1e-8
     assert apart.max() < 1e-4
+
+
+def test_strikes_of_plans_are_those_of_interpreted_code(monkeypatch):
+    """They come from maps. Rebounds differ: interpreted code solves all of them."""
+    scene, draw = Scene.load('blocked'), np.random.default_rng(4)
+    rows = draw.normal([0, 0.2, 0.1, 0.2, 2.0], [0.01, 0.01, 0, 0.002, 0.05], (40, 5))
+    one, other = interpreted(lambda: predict_within_noise(scene, rows), monkeypatch)
+    assert list(one.status) == list(other.status)
+    for field in ('velocity', 'spin', 'cue_speed'):
+        assert getattr(one, field) == pytest.approx(getattr(other, field), rel=1e-8, abs=1e-7)
+
+
+def test_direct_shots_are_those_of_interpreted_code(monkeypatch):
+    scene, draw = Scene.load('pool_table'), np.random.default_rng(5)
+    low, high = np.array([-1.0, -0.5, 0.0]), np.array([1.0, 0.5, 0.0])
+    low[2] = high[2] = scene.ball.radius
+    places = draw.uniform(low, high, (10, 4, 3))
+    tables = TableStates(('cue', '1', '2', '3'), places)
+    one, other = interpreted(lambda: shots(scene, tables), monkeypatch)
+    assert len(one) > 20
+    assert list(one.ball) == list(other.ball)
+    assert one.chance == pytest.approx(other.chance, rel=1e-9, abs=1e-12)
 
 
 def test_refusals_and_rows_without_numbers_have_the_same_status(monkeypatch):
