@@ -28,12 +28,14 @@ except ImportError:  # Windows: two processes may build the same, which harms no
     lockf = None  # type: ignore[assignment]
 
 KEPT = 8  # libraries that stay: of the sources that were asked for last
-CAPTURED = 'entries.bc'  # what all targets are built from
+CAPTURED = 'entries.bc'  # all targets are built from it
+PAGES = 'wasm32'  # the target of the core in pages
+NOTICE = 'COPYRIGHT.musl'  # the licence of the functions of musl, which libraries contain
 
 
 def provide(*targets: str) -> Path:
     """
-    Return the folder with the library of these sources; build what is missing.
+    Return the folder with the library of these sources; build the targets that are missing.
 
     Parameters
     ----------
@@ -62,10 +64,11 @@ def provide(*targets: str) -> Path:
 
 def pack(folder: Path) -> None:
     """Put the library for this machine, and the one for browsers, into a folder of a wheel."""
-    targets = machine_code.LIBRARY, 'wasm32'
+    targets = machine_code.LIBRARY, PAGES
     made = provide(*targets)
     folder.mkdir(parents=True, exist_ok=True)
-    for pattern in (*(f'{target}.*' for target in targets), '*.json', '*.h', '*.musl'):
+    libraries = (f'{target}.*' for target in targets)
+    for pattern in (*libraries, machine_code.DESCRIPTION, HEADER, NOTICE):
         for file in made.glob(pattern):
             shutil.copy(file, folder)
 
@@ -102,7 +105,7 @@ def build(folder: Path, targets: list[str]) -> None:
         entries = [resolve_name(name) for name in ENTRIES]
         description, code = describe(entries), capture(entries)
         _write(captured, code, description)
-        _write(folder / 'COPYRIGHT.musl', LICENCE.read_bytes(), description)
+        _write(folder / NOTICE, LICENCE.read_bytes(), description)
         _write(folder / HEADER, header_of(description, entries).encode(), description)
     for target in targets:
         made = compile_for(TARGETS[target], code, list(description['entries']))

@@ -4,17 +4,15 @@ from pathlib import Path
 import shutil
 
 from billiard_shot import machine_code
-from billiard_shot.compiler.build import provide
+from billiard_shot.compiler.build import NOTICE, PAGES, provide
 from billiard_shot.compiler.header import HEADER
 
 MODULE = Path(__file__).with_name('web')
-PAGES = 'wasm32'  # the target of the core in pages
-LICENCE = 'COPYRIGHT.musl'
 
 
 def core_folder(target: str) -> Path:
     """
-    Find the folder with the core for a target; build it if there is none.
+    Find the folder with the core for a target; build the core if there is none.
 
     Raises
     ------
@@ -34,12 +32,12 @@ def copy_module(folder: Path) -> None:
     """Copy the JavaScript module and the core into a folder, which then is a package for npm."""
     core = core_folder(PAGES)
     shutil.copy(core / f'{PAGES}.wasm', folder / 'core.wasm')
-    for file in (core / machine_code.DESCRIPTION, core / LICENCE, *MODULE.iterdir()):
+    for file in (core / machine_code.DESCRIPTION, core / NOTICE, *MODULE.iterdir()):
         shutil.copy(file, folder)
 
 
 def copy_library(folder: Path) -> None:
     """Copy the header and the library for this machine into a folder."""
     core = core_folder(machine_code.LIBRARY)
-    for file in (core / HEADER, core / LICENCE, *core.glob(f'{machine_code.LIBRARY}.*')):
+    for file in (core / HEADER, core / NOTICE, *core.glob(f'{machine_code.LIBRARY}.*')):
         shutil.copy(file, folder)
