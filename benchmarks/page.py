@@ -1,5 +1,5 @@
 """
-The core in a page: its size, how long it takes to start, and what a shot costs in Node.
+Sizes and times of the core in a page: until it starts, and for a shot in Node.
 
     python benchmarks/page.py
 """

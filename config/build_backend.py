@@ -1,4 +1,4 @@
-"""setuptools, with what a wheel needs besides: the tools that make the library of machine code."""
+"""The backend of setuptools, which also asks for the tools that make the library."""
 
 from pathlib import Path
 import platform
@@ -10,7 +10,7 @@ _REQUIRED = Path(__file__).with_name('requirements-build.txt')
 
 
 def get_requires_for_build_wheel(config_settings=None):
-    """Name the tools, on systems that numba has wheels for: musl is none."""
+    """Name the tools too, if numba has wheels for this system; it has none for musl."""
     required = build_meta.get_requires_for_build_wheel(config_settings)
     if platform.system() == 'Linux' and platform.libc_ver()[0] == 'glibc':
         lines = _REQUIRED.read_text(encoding='utf-8').splitlines()

@@ -27,8 +27,8 @@ OPTIONS: dict[str, Any] = {
     'no_rewrites': True,
     '_nrt': False,
 }
-# Its pointers have 32 bits. Nothing but their alignment depends on that, and what is aligned to
-# eight bytes is aligned to four; so one module serves all targets.
+# Pointers have 32 bits in this layout. Only their alignment depends on that. A pointer that is
+# aligned to eight bytes is aligned to four, too, so one module serves all targets.
 LAYOUT = 'wasm32-unknown-unknown'
 
 

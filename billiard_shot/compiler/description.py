@@ -1,8 +1,8 @@
 """
 The description of a library: how its entries are called, and where the fields of records lie.
 
-It is JSON, beside the library; whoever calls an entry reads it. An entry takes the address of a
-table of 64-bit words, and returns one:
+The description is a file of JSON beside the library. Programs that call entries read it. An entry
+takes the address of a table of 64-bit words, and returns one word:
 
     sources   digest of the sources of the library
     files     the SHA-256 of each file that was built from them

@@ -82,7 +82,7 @@ def compile_for(target: Target, code: bytes, entries: list[str]) -> bytes:
     )
     module = llvm.parse_bitcode(code)
     module.triple, module.data_layout = target.triple, str(machine.target_data)
-    # What is internal vanishes if it is not used, as are the environments of numba.
+    # LLVM removes internal functions and variables that nothing uses: the environments of numba.
     for each in (*module.functions, *module.global_variables):
         if not each.is_declaration and each.name not in entries:
             each.linkage = llvm.Linkage.internal

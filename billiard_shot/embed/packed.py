@@ -24,7 +24,7 @@ from billiard_shot.table.task import CAPACITY, packed
 
 def packed_scene(scene: Scene) -> dict[Entry, dict[str, Any]]:
     """
-    Pack what a scene means to each entry, with room for one table of its balls, and for a stroke.
+    Pack a scene as arguments of each entry, with room for one table of its balls and a stroke.
 
     Who calls the entries writes where balls lie, and the stroke; all else is there. Arrays of the
     entries are apart: the vectors that `write_strokes` writes are to be given to `play_tables`.

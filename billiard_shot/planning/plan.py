@@ -154,12 +154,12 @@ def plan(
 
 
 def _surely(result: PlanResult) -> float:
-    """Return the value that the best stroke has at least; below 0 if there is none."""
+    """Return the lower end of the value of the best stroke; below 0 if there is none."""
     return result.best.surely if result.best else -1.0
 
 
 def _result(problem: Problem, runner: Runner, found: Found, begin: float) -> PlanResult:
-    """State what a search found that began at a time [s]."""
+    """Make the result of a search, which began at a time [s]."""
     ranking = tuple(each for each in found.finalists if each.value > 0.0)
     if runner.value is None:
         ranking = _gentlest_first(ranking)

@@ -64,7 +64,7 @@ class Pot(NamedTuple):
 
     way: float  # m, to the middle of the hole
     into: float  # rad, middle of the directions in which it falls
-    half: float  # rad, half of the interval of these directions; 0 or less if there are none
+    half: float  # rad, half the width of the interval of directions; 0 or less: there are none
 
 
 @inner

@@ -37,7 +37,7 @@ class Surroundings(NamedTuple):
 
 
 def nothing_around(ferrule_radius: float, ball_radius: float) -> Surroundings:
-    """Collect only what a cue and its ball [m] are, with nothing in the way."""
+    """Make surroundings without obstacles, for a cue and a ball of these radii [m]."""
     return Surroundings(0.0, ferrule_radius, ball_radius, inf, inf, 0.0, balls=np.zeros((0, 2)))
 
 

@@ -18,9 +18,9 @@ AMPLIFICATION = 4.0
 HOPS = 0.25  # share of the tolerance for hops that are left out
 HOPS_BEFORE_CUSHIONS = 0.1 * HOPS  # cushions magnify the error of a hop ten times
 CUSHION_SHARE = 0.5  # of the tolerance is set aside for cushions, which magnify errors
-# Share of the tolerance for a stroke that is played again: what it errs by is far below its share,
-# so it may be magnified more than a hundred times. And the error that is left, at most: a share of
-# what the repetition changed.
+# A stroke that is played again gets a share FINER of the tolerance. Its error is far below that
+# share, so jaws may magnify it more than a hundred times. The error that is left is at most a
+# share LEFT of the change that the repetition made.
 FINER, LEFT = 1e-2, 0.05
 FINEST_IMPACT, COARSEST_IMPACT = 1e-13, 1e-4  # of what the impact can be asked for
 
