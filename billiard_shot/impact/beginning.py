@@ -58,6 +58,7 @@ class ContactProperties:
     restitution: float
     softening: float  # 1/J
     stiffness: float  # N/m^exponent; see `Contact`
+    exponent: float
     # Only if the bodies are given:
     body_a: int  # number of a ball or tip
     body_b: int  # number of a ball, plane or edge
@@ -74,7 +75,7 @@ class Collisions(NamedTuple):
     Attributes
     ----------
     properties : n N ContactProperties
-    law, exponent : int, float
+    law : int
         See `Model`.
     bodies : n B BodyState
         The bodies of the contacts, B of each collision; or none, if W and the velocities are
@@ -103,7 +104,6 @@ class Collisions(NamedTuple):
 
     properties: list[ContactProperties]
     law: int
-    exponent: float
     bodies: list[BodyState]
     moves: bool
     interval: float
@@ -123,7 +123,7 @@ def begin_collision(
 
     Returns the model and the units, which are zero if nothing approaches.
     """
-    law, exponent, distances = given.law, given.exponent, given.distances
+    law, distances = given.law, given.distances
     count, bodies = len(contacts), len(given.bodies) // len(given.tolerance)
     velocity = ws.vector[2]
     for j in range(count):
@@ -142,26 +142,31 @@ def begin_collision(
             velocity[row] = given.velocity[number][row]
             for column in range(3 * count):
                 ws.delassus[row][column] = given.delassus[number][row][column]
-    speed, mobility, firmness = 0.0, 0.0, 0.0
+    speed, mobility = 0.0, 0.0
     for j in range(count):
         speed = max(speed, -velocity[3 * j] if contacts[j].hold == FREE else 0.0)
         mobility = max(mobility, ws.delassus[3 * j][3 * j])
-        firmness = max(firmness, given.properties[number * count + j].stiffness)
     approaches = speed > 0.0 and mobility > 0.0
     tolerance = min(given.tolerance[number], METHOD_OPTIONS.max_tolerance)
     reset_progress(p)
     if not approaches:
         return Model(
-            law, exponent, tolerance, False, distances, bodies, moves=False, interval=inf
+            law, tolerance, False, distances, bodies, moves=False, interval=inf
         ), Units(0.0, 0.0, 0.0)
     for row in range(3 * count):
         for column in range(3 * count):
             ws.delassus[row][column] /= mobility
-    units = units_of(speed, mobility, firmness, exponent)
+    fastest = given.properties[number * count]
+    time = time_of(fastest, speed, mobility)
+    for j in range(1, count):
+        other = given.properties[number * count + j]
+        if time_of(other, speed, mobility) < time:
+            fastest, time = other, time_of(other, speed, mobility)
+    units = Units(speed, speed / mobility, time)
     length = units.speed * units.time
     for j in range(count):
         c, properties = contacts[j], given.properties[number * count + j]
-        start_contact(c, properties, velocity, units, firmness, distances, j=j)
+        start_contact(c, properties, velocity, units, fastest, distances, j=j)
         gap = 0.0
         if bodies > 0:
             gap = properties.gap
@@ -173,9 +178,7 @@ def begin_collision(
             c.velocity[0] = 0.0
         start_length(c, -gap / length if distances else 0.0)
     planar, interval = is_planar(contacts, ws), given.interval / units.time
-    m = Model(
-        law, exponent, tolerance, planar, distances, bodies, moves=given.moves, interval=interval
-    )
+    m = Model(law, tolerance, planar, distances, bodies, moves=given.moves, interval=interval)
     if m.moves:
         change_responses(ws, bodies, mobility)
         change_units(contacts, ws, bodies, units.speed, length)
@@ -187,15 +190,14 @@ def begin_collision(
 
 
 @inner
-def units_of(speed: float, mobility: float, firmness: float, exponent: float) -> Units:
+def time_of(properties: ContactProperties, speed: float, mobility: float) -> float:
     """
-    Find the units of a collision.
+    Time scale of a contact [s]: F = k y^exponent, u' = W F and y' = u are free of units.
 
-    F = k y^exponent, u' = W F and y' = u are free of units if W k time^(1 + exponent) =
-    speed^(1 - exponent).
+    That is so if W k time^(1 + exponent) = speed^(1 - exponent).
     """
-    time = (speed ** (1.0 - exponent) / (mobility * firmness)) ** (1.0 / (1.0 + exponent))
-    return Units(speed, speed / mobility, time)
+    exponent, firmness = properties.exponent, mobility * properties.stiffness
+    return (speed ** (1.0 - exponent) / firmness) ** (1.0 / (1.0 + exponent))
 
 
 @inner
@@ -204,7 +206,7 @@ def start_contact(
     properties: ContactProperties,
     velocity: Vector,
     units: Units,
-    firmness: float,
+    fastest: ContactProperties,
     distances: bool,
     j: int,
 ) -> None:
@@ -212,7 +214,10 @@ def start_contact(
     speed = units.speed
     c.friction, c.fading = properties.friction, properties.fading
     c.decay = properties.decay * speed
-    c.restitution, c.stiffness = properties.restitution, properties.stiffness / firmness
+    c.restitution, c.exponent = properties.restitution, properties.exponent
+    c.stiffness = properties.stiffness / fastest.stiffness
+    if c.exponent != fastest.exponent:
+        c.stiffness *= (speed * units.time) ** (c.exponent - fastest.exponent)
     c.softening = properties.softening * units.impulse * speed
     c.velocity[0] = velocity[3 * j] / speed
     c.slip_1[0], c.slip_2[0] = velocity[3 * j + 1] / speed, velocity[3 * j + 2] / speed

@@ -200,7 +200,7 @@ def set_stage_forces(m: Model, contacts: list[ContactState], ws: Workspace) -> N
         for i in range(IMPLICIT_STAGES):
             # Continued to y < 0, beyond the event that ends the step, to avoid a kink.
             y = c.node_compression[i]
-            c.force[i] = c.stiffness * copysign(abs(y) ** m.exponent, y)
+            c.force[i] = c.stiffness * copysign(abs(y) ** c.exponent, y)
             c.friction_1[i], c.friction_2[i] = 0.0, 0.0
             if slipping:
                 slip_1, slip_2 = c.node_slip_1[i], c.node_slip_2[i]

@@ -111,7 +111,7 @@ def first_event(
                 x = impulse_root(c, ws, step, end)
                 if x != NO_ROOT:
                     end, kind, contact = x, RESTITUTION_END, j
-        elif force_is_negligible(m, c) or c.friction_mode == DEFERRED:
+        elif force_is_negligible(c) or c.friction_mode == DEFERRED:
             x = first_root(
                 c.compression, order, -1.0, -c.negligible_compression, NOT_ZERO, end, work=work
             )

@@ -17,7 +17,6 @@ from billiard_shot.impact.state import (
     FRICTIONLESS,
     INACTIVE,
     is_active,
-    Model,
     REDUNDANT_STICK,
     resists,
     SLIP,
@@ -309,9 +308,7 @@ def sticking_is_feasible(
 
 
 @inner
-def assign_friction_modes(
-    m: Model, contacts: list[ContactState], ws: Workspace, least: float
-) -> None:
+def assign_friction_modes(contacts: list[ContactState], ws: Workspace, least: float) -> None:
     """
     Give every active contact its friction mode, and eliminate the friction of those that stick.
 
@@ -332,7 +329,7 @@ def assign_friction_modes(
             c.friction_mode = FRICTIONLESS
             continue
         pressed = c.compression[0] if loaded else max(-c.velocity[0], 0.0)
-        force[n] = c.stiffness * pressed**m.exponent
+        force[n] = c.stiffness * pressed**c.exponent
         if c.friction == 0.0 or c.friction_mode == DEFERRED:
             continue
         slip = slip_speed(c)

@@ -86,7 +86,7 @@ def integrate(
             update_speed(m, contacts, ws, p)
         if p.modes_changed:
             p.modes_changed = False
-            assign_friction_modes(m, contacts, ws, zero_slip(m, p))
+            assign_friction_modes(contacts, ws, zero_slip(m, p))
             if has_died_down(m, contacts, ws):
                 return end(m, contacts, ws, p, log, INFINITE_SEQUENCE)
         step = propose_step(m, contacts, ws, p)
@@ -161,19 +161,19 @@ def update_speed(m: Model, contacts: list[ContactState], ws: Workspace, p: Impac
         if c.normal_mode == INACTIVE:
             largest = max(largest, -c.velocity[0] if c.hold == FREE else 0.0)
         else:
-            largest = max(largest, active_speed(m, c, ws.delassus[3 * j][3 * j]))
+            largest = max(largest, active_speed(c, ws.delassus[3 * j][3 * j]))
     p.speed = largest if p.modes_changed else max(p.speed, largest)
     if p.modes_changed:
         for j in range(len(contacts)):
             c = contacts[j]
             least = METHOD_OPTIONS.negligible_force * m.tolerance * min(largest, 1.0)
-            c.negligible_compression = (least / c.stiffness) ** (1.0 / m.exponent)
+            c.negligible_compression = (least / c.stiffness) ** (1.0 / c.exponent)
 
 
 @inner
-def active_speed(m: Model, c: ContactState, response: float) -> float:
+def active_speed(c: ContactState, response: float) -> float:
     """Velocity that an active contact has, or that its spring could still give."""
-    energy = elastic_energy(c.stiffness, c.compression[0], m.exponent)
+    energy = elastic_energy(c.stiffness, c.compression[0], c.exponent)
     return max(abs(c.velocity[0]), sqrt(2.0 * energy * response))
 
 
@@ -188,7 +188,7 @@ def has_died_down(m: Model, contacts: list[ContactState], ws: Workspace) -> bool
     for j in range(len(contacts)):
         c = contacts[j]
         if c.normal_mode != INACTIVE:
-            speed = max(speed, active_speed(m, c, ws.delassus[3 * j][3 * j]))
+            speed = max(speed, active_speed(c, ws.delassus[3 * j][3 * j]))
         elif closes(c):
             speed = max(speed, -c.velocity[0])
     return 0.0 <= speed < negligible_speed(m.tolerance)
@@ -279,7 +279,7 @@ def take_step(
         p.time += step.scale * event.x
         for j in range(len(contacts)):
             c = contacts[j]
-            if c.friction_mode == CREEP and not creeps(m, ws, c, j, step.scale):
+            if c.friction_mode == CREEP and not creeps(ws, c, j, step.scale):
                 c.friction_mode = SLIP
             if slips(c) and not m.planar and slip_speed(c) <= zero_slip(m, p):
                 p.modes_changed = True
@@ -292,11 +292,11 @@ def take_step(
 
 
 @inner
-def creeps(m: Model, ws: Workspace, c: ContactState, j: int, length: float) -> bool:
+def creeps(ws: Workspace, c: ContactState, j: int, length: float) -> bool:
     """Whether a contact slips too slowly for an explicit step of this length."""
     x, y = 3 * j + 1, 3 * j + 2
     response = max(ws.reduced[x][x], ws.reduced[y][y])
-    turning = response * c.friction * c.stiffness * c.compression[0] ** m.exponent
+    turning = response * c.friction * c.stiffness * c.compression[0] ** c.exponent
     return slip_speed(c) < METHOD_OPTIONS.creeping_share * length * turning
 
 
@@ -452,4 +452,4 @@ def log_phase(
         if m.bodies > 0:
             row.impulse, row.impulse_1 = impulse_along(c, 0), impulse_along(c, 1)
             row.impulse_2 = impulse_along(c, 2)
-        row.energy = elastic_energy(c.stiffness, c.compression[0], m.exponent)
+        row.energy = elastic_energy(c.stiffness, c.compression[0], c.exponent)

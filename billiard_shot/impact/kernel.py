@@ -61,11 +61,11 @@ def new_scratch(storage: Storage, count: int) -> Scratch:
 def _example(storage: Storage) -> tuple[Any, ...]:
     """Make one contact that approaches."""
     properties = storage.records(ContactProperties, 1)
-    properties[0].stiffness, properties[0].max_closings = 1.0, UNLIMITED
+    properties[0].stiffness, properties[0].exponent = 1.0, 1.0
+    properties[0].max_closings = UNLIMITED
     one = Collisions(
         properties=properties,
         law=0,
-        exponent=1.0,
         bodies=storage.records(BodyState, 0),
         moves=False,
         interval=inf,

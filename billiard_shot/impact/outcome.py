@@ -183,6 +183,6 @@ def energy_imbalance_of_bodies(
     for j in range(len(contacts)):
         c = contacts[j]
         gap += c.restitution_loss + c.friction_loss
-        gap += elastic_energy(c.stiffness, c.compression[0], m.exponent) if is_active(c) else 0.0
+        gap += elastic_energy(c.stiffness, c.compression[0], c.exponent) if is_active(c) else 0.0
         turnover += abs(c.impulse)
     return abs(gap) / turnover if turnover > 0.0 else 0.0

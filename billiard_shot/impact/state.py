@@ -81,7 +81,8 @@ class ContactState:
     decay: float  # the coefficient at slip v is friction - fading (1 - exp(-decay v))
     restitution: float
     softening: float  # of the restitution, see `ContactProperties`
-    stiffness: float  # relative to the largest
+    stiffness: float  # relative to that of the contact whose spring is fastest
+    exponent: float  # of the spring: force = stiffness * compression**exponent
     normal_mode: int
     friction_mode: int
     # Relative to the approach: y' = -rate u_n; 0 if y of an open contact stays 0.
@@ -194,10 +195,9 @@ class BodyState:
 
 
 class Model(NamedTuple):
-    """Law, exponent and tolerance with which a collision is solved."""
+    """Law and tolerance with which a collision is solved."""
 
     law: int
-    exponent: float  # of the springs: force = stiffness * compression**exponent
     tolerance: float
     planar: bool  # slip never turns: nothing happens along any second tangent
     distances: bool  # open contacts have a distance; else they close as soon as they approach
@@ -286,9 +286,9 @@ def is_stiff(m: Model, c: ContactState) -> bool:
 
 
 @inner
-def force_is_negligible(m: Model, c: ContactState) -> bool:
+def force_is_negligible(c: ContactState) -> bool:
     """Whether a contact presses so little that its force is taken as zero."""
-    return m.exponent != 1.0 and c.compression[0] < c.negligible_compression
+    return c.exponent != 1.0 and c.compression[0] < c.negligible_compression
 
 
 @inner

@@ -60,10 +60,10 @@ def expand(
             c = contacts[j]
             if c.normal_mode == INACTIVE:
                 continue
-            if force_is_negligible(m, c):
+            if force_is_negligible(c):
                 c.force[k] = 0.0
             else:
-                c.force[k] = force_coefficient(c, k, m.exponent)
+                c.force[k] = force_coefficient(c, k)
             if slips(c):
                 if m.planar:
                     c.size[k] = c.slip_1[k] * c.slip_dir_1 + c.slip_2[k] * c.slip_dir_2
@@ -77,8 +77,9 @@ def expand(
 
 
 @innermost
-def force_coefficient(c: ContactState, k: int, exponent: float) -> float:
+def force_coefficient(c: ContactState, k: int) -> float:
     """Coefficient k of F = stiffness y**exponent, from y to order k and F to order k - 1."""
+    exponent = c.exponent
     if exponent == 1.0:
         return c.stiffness * c.compression[k]
     if k == 0:

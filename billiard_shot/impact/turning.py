@@ -61,7 +61,7 @@ def have_room(m: Model, contacts: list[ContactState], ws: Workspace) -> bool:
     for j in range(len(contacts)):
         c = contacts[j]
         if is_active(c):
-            c.force[0] = c.stiffness * c.compression[0] ** m.exponent
+            c.force[0] = c.stiffness * c.compression[0] ** c.exponent
             if slips(c):
                 rub, slip = friction_at(c, slip_speed(c)) * c.force[0], max(slip_speed(c), 1e-300)
                 c.friction_1[0] = -rub * c.slip_1[0] / slip

@@ -137,12 +137,15 @@ class ContactParameters:
         Coefficient of Coulomb friction, at least 0.
     stiffness : float
         Stiffness of the virtual spring, above 0; only ratios of stiffnesses matter.
+    exponent : float, optional
+        Exponent of the spring, 1 to 10. By default that of the `Scene`, which fills it in.
 
     """
 
     restitution: float = number('', minimum=0, maximum=1)
     friction: float = number('', minimum=0)
     stiffness: float = number('any unit', above=0)
+    exponent: float = number('', minimum=1, maximum=10, derived=lambda _: 1.0)
 
     def __post_init__(self) -> None:
         check(self)

@@ -25,11 +25,11 @@ class StrikeModel(NamedTuple):
     inverse_end_mass: float  # 1/kg, for the tip's motion across the cue; 0 if it is guided
     ferrule_radius: float  # m, half of the thickness of the cue at its tip
     tip_curvature: float  # radius of a rounded tip, in radii of the ball
-    friction: tuple[float, float]  # of TIP_CONTACT and CLOTH_CONTACT, like the next two
+    friction: tuple[float, float]  # of TIP_CONTACT and CLOTH_CONTACT, like the next three
     restitution: tuple[float, float]
     stiffness: tuple[float, float]  # only the ratio matters
+    exponent: tuple[float, float]
     law: int
-    exponent: float
     on_cloth: bool  # whether the contact CLOTH_CONTACT takes part
     follow_through: float  # m, see `CueParams`
     surface: BallClothParams  # the ball's own numbers are here
@@ -54,13 +54,13 @@ def cue_params(model: StrikeModel, table: TableParams) -> CueParams:
     if moves:
         effective = 1.0 / (1.0 / model.cue_mass + 1.0 / ball.mass)
         unit = (
-            stiffness_of(2.0 * effective, TIP_DURATION, model.exponent)
+            stiffness_of(2.0 * effective, TIP_DURATION, model.exponent[TIP_CONTACT])
             / model.stiffness[TIP_CONTACT]
         )
 
     def stiffness(mass: float, duration: float, ratio: float) -> float:
         timed = moves and duration > 0.0
-        return stiffness_of(mass, duration, model.exponent) if timed else unit * ratio
+        return stiffness_of(mass, duration, ball.exponent) if timed else unit * ratio
 
     takes_time = moves and table.ball_duration > 0.0
     return CueParams(
@@ -70,9 +70,11 @@ def cue_params(model: StrikeModel, table: TableParams) -> CueParams:
         friction=model.friction[TIP_CONTACT],
         restitution=model.restitution[TIP_CONTACT],
         stiffness=unit * model.stiffness[TIP_CONTACT],
+        exponent=model.exponent[TIP_CONTACT],
         cloth_friction=model.friction[CLOTH_CONTACT],
         cloth_restitution=model.restitution[CLOTH_CONTACT],
         cloth_stiffness=unit * model.stiffness[CLOTH_CONTACT],
+        cloth_exponent=model.exponent[CLOTH_CONTACT],
         ball_stiffness=stiffness(ball.mass, table.ball_duration, table.ball_stiffness),
         nose_stiffness=stiffness(2.0 * ball.mass, table.cushion_duration, table.cushion_stiffness),
         neighbour_reach=REACH if takes_time else table.contact_gap,
@@ -95,8 +97,8 @@ def strike_model(scene: Scene) -> StrikeModel:
         friction=(float(tip.friction), float(cloth.friction)),
         restitution=(float(tip.restitution), float(cloth.restitution)),
         stiffness=(float(tip.stiffness), float(cloth.stiffness)),
+        exponent=(float(tip.exponent), float(cloth.exponent)),
         law=LAWS[scene.law],
-        exponent=float(scene.exponent),
         on_cloth=True,
         follow_through=float(scene.cue.follow_through),
         surface=ball_cloth_params(scene),

@@ -112,7 +112,6 @@ def solve_bodies(
         Collisions(
             room.properties[: impact.contacts],
             params.law,
-            params.exponent,
             room.bodies[: impact.bodies],
             moves,
             interval,

@@ -22,12 +22,14 @@ class CueParams(NamedTuple):
     response: float  # 1/kg, of the tip along the axis of the cue: 1 / mass of the cue
     across: float  # 1/kg, across the axis: 1 / mass of the end of the cue
     reach: float  # m, between the centres of tip and ball as they touch
-    friction: float  # of tip and ball, like the next two
+    friction: float  # of tip and ball, like the next three
     restitution: float
     stiffness: float
+    exponent: float
     cloth_friction: float
     cloth_restitution: float
     cloth_stiffness: float
+    cloth_exponent: float
     ball_stiffness: float  # of two balls
     nose_stiffness: float  # of a cushion
     neighbour_reach: float  # m: balls and cushions at so small distances take part
@@ -42,7 +44,7 @@ class CueParams(NamedTuple):
 
 
 NO_CUE = CueParams(
-    *(0.0,) * 3, 0.0, 1.0, 1.0, 0.0, 1.0, 1.0, 1.0, 1.0, 0.0, inf, True, False, 0.0, inf
+    *(0.0,) * 4, 1.0, 1.0, 1.0, 0.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0, inf, True, False, 0.0, inf
 )
 
 

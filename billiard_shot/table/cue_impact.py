@@ -44,7 +44,7 @@ def write_contact(c: ContactProperties, a: int, b: int, gap: float) -> None:
 def set_cloth(q: CueParams, c: ContactProperties) -> None:
     """Set the properties of a contact with the cloth, whose normal never turns."""
     c.friction, c.restitution = q.cloth_friction, q.cloth_restitution
-    c.stiffness, c.keeps_normal = q.cloth_stiffness, True
+    c.stiffness, c.exponent, c.keeps_normal = q.cloth_stiffness, q.cloth_exponent, True
     c.max_closings = UNLIMITED if q.on_cloth else 0
 
 
@@ -74,7 +74,8 @@ def set_tip_and_cloth(
         Scratch.
 
     """
-    tip.friction, tip.restitution, tip.stiffness = q.friction, q.restitution, q.stiffness
+    tip.friction, tip.restitution = q.friction, q.restitution
+    tip.stiffness, tip.exponent = q.stiffness, q.exponent
     tip.max_closings = MAX_HITS if q.follow_through > 0.0 else 1
     set_cloth(q, cloth)
     contact_axes(n, axis, UP, axes, 0)

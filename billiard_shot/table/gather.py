@@ -225,7 +225,7 @@ def add_pairs(
                 c.tangent[2] = 0.0
             c.friction = friction_of_balls(n, 0.0)
             c.fading, c.decay = n.friction_slow, n.friction_decay
-            c.restitution = n.ball_restitution
+            c.restitution, c.exponent = n.ball_restitution, table.params.exponent
             c.stiffness = table.cue.ball_stiffness if with_cue else stiffness
     return contacts
 
@@ -268,7 +268,8 @@ def add_edges(
         bodies, contacts, found = bodies + 1, contacts + 1, True
         c.friction, c.restitution = n.cushion_friction, n.cushion_restitution
         c.softening = 2.0 * n.cushion_fading * n.cushion_fading / table.params.mass
-        c.stiffness, c.keeps_normal = table.cue.nose_stiffness, True
+        c.stiffness, c.exponent = table.cue.nose_stiffness, table.params.exponent
+        c.keeps_normal = True
     if found and member > 0 and contacts < len(room.properties):
         connect(table, room, contacts, member, members + 1, place[2] - radius)
         set_cloth(table.cue, room.properties[contacts])
