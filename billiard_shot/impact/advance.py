@@ -5,12 +5,13 @@ from billiard_shot.impact.options import METHOD_OPTIONS
 from billiard_shot.impact.state import (
     ContactState,
     CREEP,
+    ELASTIC,
     INACTIVE,
     Model,
     resists,
+    resists_motion,
     SLIP,
     SLIP_ONSET,
-    slips,
 )
 from billiard_shot.numerics.polynomial import evaluate
 from billiard_shot.records import Vector
@@ -49,7 +50,7 @@ def advance(m: Model, contacts: list[ContactState], scale: float, order: int, x:
             if resists(c):
                 c.impulse_1 += scale * integral(c.friction_1, order, x)
                 c.impulse_2 += scale * integral(c.friction_2, order, x)
-            if slips(c):
+            if resists_motion(c):
                 c.friction_loss -= scale * friction_work(c, order, x)
     for j in range(len(contacts)):
         c = contacts[j]
@@ -59,6 +60,9 @@ def advance(m: Model, contacts: list[ContactState], scale: float, order: int, x:
         if c.friction > 0.0:
             c.slip_1[0] = evaluate(c.slip_1, order, x)
             c.slip_2[0] = evaluate(c.slip_2, order, x)
+        if c.friction_mode == ELASTIC:
+            c.shift_1[0] = evaluate(c.shift_1, order, x)
+            c.shift_2[0] = evaluate(c.shift_2, order, x)
         if c.friction_mode == SLIP_ONSET:
             c.friction_mode = SLIP if m.planar else CREEP
         y = evaluate(c.compression, order, x)

@@ -23,12 +23,14 @@ from billiard_shot.impact.state import (
     BodyState,
     COMPRESSION,
     ContactState,
+    ELASTIC,
     FREE,
     FRICTIONLESS,
     GONE,
     ImpactProgress,
     INACTIVE,
     Model,
+    SHAFT,
     Workspace,
 )
 from billiard_shot.impact.turning import turn_normals
@@ -66,6 +68,11 @@ class ContactProperties:
     tangent: Vector3  # whose part normal to the normal is the first tangent
     keeps_normal: bool  # while it is pressed
     max_closings: int  # how often it may close; 0: never
+    # If body a is a tip, and the contact is its shaft (shaft.py), which has a spring [N/m] and a
+    # dashpot [kg/s] and none of the other properties:
+    is_shaft: bool
+    spring: float
+    damping: float
 
 
 class Collisions(NamedTuple):
@@ -84,6 +91,8 @@ class Collisions(NamedTuple):
         Whether the bodies move while they collide; needs `distances`.
     interval : float
         Time after which pressed contacts of bodies that move take their normals anew [s].
+    swing : float
+        See `Model`; [s].
     delassus : (n, 3 N, 3 N) floats
         Unused with bodies. W [1/kg]: contact velocities per impulse. Contact j has components
         3 j (normal), 3 j + 1 and 3 j + 2 (tangential). If all motion stays in one plane per
@@ -107,6 +116,7 @@ class Collisions(NamedTuple):
     bodies: list[BodyState]
     moves: bool
     interval: float
+    swing: float
     delassus: Any
     velocity: Any
     distances: bool
@@ -131,6 +141,7 @@ def begin_collision(
         c.body_a, c.body_b = properties.body_a, properties.body_b
         c.keeps_normal, c.max_closings = properties.keeps_normal, properties.max_closings
         c.hold = FREE if c.max_closings > 0 else GONE
+        c.normal_mode = SHAFT if properties.is_shaft else INACTIVE
         for k in range(3):
             c.tangent_1[k] = properties.tangent[k]
     if bodies > 0:
@@ -151,7 +162,7 @@ def begin_collision(
     reset_progress(p)
     if not approaches:
         return Model(
-            law, tolerance, False, distances, bodies, moves=False, interval=inf
+            law, tolerance, False, distances, bodies, moves=False, interval=inf, swing=0.0
         ), Units(0.0, 0.0, 0.0)
     for row in range(3 * count):
         for column in range(3 * count):
@@ -160,13 +171,16 @@ def begin_collision(
     time = time_of(fastest, speed, mobility)
     for j in range(1, count):
         other = given.properties[number * count + j]
-        if time_of(other, speed, mobility) < time:
+        if not other.is_shaft and time_of(other, speed, mobility) < time:
             fastest, time = other, time_of(other, speed, mobility)
     units = Units(speed, speed / mobility, time)
     length = units.speed * units.time
     for j in range(count):
         c, properties = contacts[j], given.properties[number * count + j]
         start_contact(c, properties, velocity, units, fastest, distances, j=j)
+        if c.normal_mode == SHAFT:
+            start_shaft(c, properties, units)
+            continue
         gap = 0.0
         if bodies > 0:
             gap = properties.gap
@@ -178,7 +192,8 @@ def begin_collision(
             c.velocity[0] = 0.0
         start_length(c, -gap / length if distances else 0.0)
     planar, interval = is_planar(contacts, ws), given.interval / units.time
-    m = Model(law, tolerance, planar, distances, bodies, moves=given.moves, interval=interval)
+    swing = given.swing / units.time
+    m = Model(law, tolerance, planar, distances, bodies, given.moves, interval, swing=swing)
     if m.moves:
         change_responses(ws, bodies, mobility)
         change_units(contacts, ws, bodies, units.speed, length)
@@ -238,6 +253,20 @@ def start_contact(
 
 
 @inner
+def start_shaft(c: ContactState, properties: ContactProperties, units: Units) -> None:
+    """Set the shaft of a cue to its state at the start of the collision: straight."""
+    unit = units.impulse / units.speed  # kg
+    c.spring = properties.spring * units.time * units.time / unit
+    c.damping = properties.damping * units.time / unit
+    c.friction, c.friction_mode = inf, ELASTIC  # it holds whatever the force is
+    c.stiffness, c.exponent = 1.0, 1.0  # of a normal spring that is never compressed
+    c.compression[0], c.compression_rate, c.closings = 0.0, 0.0, 0
+    for values in (c.shift_1, c.shift_2, c.force):
+        for k in range(len(values)):
+            values[k] = 0.0
+
+
+@inner
 def start_length(c: ContactState, length: float) -> None:
     """Set minus the initial distance of a contact; close it if its bodies touch and approach."""
     c.compression[0] = length
@@ -255,6 +284,7 @@ def reset_progress(p: ImpactProgress) -> None:
     p.scale, p.speed = 1.0, 1.0
     p.modes_changed, p.phase_open = True, False
     p.status, p.phases, p.steps, p.time, p.next_turn = OK, 0, 0, 0.0, inf
+    p.pressed_until = 0.0
 
 
 @inner

@@ -17,6 +17,7 @@ from billiard_shot.impact.state import (
     is_stiff,
     Model,
     RESTITUTION,
+    SHAFT,
     SLIP,
     SLIP_ONSET,
     slip_speed,
@@ -79,7 +80,7 @@ def first_event(
     order, noise, work = step.order, step.noise, ws.polynomials
     for j in range(len(contacts)):
         c = contacts[j]
-        if c.hold == GONE:
+        if c.hold == GONE or c.normal_mode == SHAFT:
             continue
         if m.distances and c.normal_mode == INACTIVE:
             x = closing_root(c, step, speed, end, work)

@@ -13,6 +13,8 @@ from billiard_shot.impact.state import (
     ContactState,
     CREEP,
     DEFERRED,
+    ELASTIC,
+    elastic_friction,
     friction_at,
     FRICTIONLESS,
     INACTIVE,
@@ -327,6 +329,9 @@ def assign_friction_modes(contacts: list[ContactState], ws: Workspace, least: fl
         c, n = contacts[j], 3 * j
         if c.normal_mode == INACTIVE:
             c.friction_mode = FRICTIONLESS
+            continue
+        if c.friction_mode == ELASTIC:
+            force[n + 1], force[n + 2] = elastic_friction(c, 0)
             continue
         pressed = c.compression[0] if loaded else max(-c.velocity[0], 0.0)
         force[n] = c.stiffness * pressed**c.exponent

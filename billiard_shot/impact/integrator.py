@@ -51,12 +51,15 @@ from billiard_shot.impact.state import (
     IMPLICIT_STAGES,
     INACTIVE,
     is_active,
+    is_pressed,
     is_stiff,
     MAX_COEFFICIENTS,
     Model,
     PhaseLog,
     REDUNDANT_STICK,
+    resists_motion,
     RESTITUTION,
+    SHAFT,
     SLIP,
     slip_speed,
     slips,
@@ -64,6 +67,7 @@ from billiard_shot.impact.state import (
     stop_slip,
     Workspace,
 )
+from billiard_shot.impact.shaft import may_strike_again
 from billiard_shot.impact.taylor import explicit_step
 from billiard_shot.impact.transitions import apply, deactivate, set_onset_direction
 from billiard_shot.impact.turning import turn_normals
@@ -103,7 +107,10 @@ def integrate(
         if event.kind != NO_EVENT:
             apply_event(m, contacts, ws, p, log, event)
         if is_over(contacts):
-            return True
+            if not may_strike_again(m, contacts, ws, p):
+                return True
+        else:
+            p.pressed_until = p.time
         if p.time >= p.next_turn * (1.0 - METHOD_OPTIONS.time_rounding):
             turn_normals(m, contacts, ws)
             p.next_turn, p.modes_changed = p.time + m.interval, True
@@ -158,7 +165,9 @@ def update_speed(m: Model, contacts: list[ContactState], ws: Workspace, p: Impac
     largest = 0.0
     for j in range(len(contacts)):
         c = contacts[j]
-        if c.normal_mode == INACTIVE:
+        if c.normal_mode == SHAFT:
+            largest = max(largest, slip_speed(c))
+        elif c.normal_mode == INACTIVE:
             largest = max(largest, -c.velocity[0] if c.hold == FREE else 0.0)
         else:
             largest = max(largest, active_speed(c, ws.delassus[3 * j][3 * j]))
@@ -187,7 +196,7 @@ def has_died_down(m: Model, contacts: list[ContactState], ws: Workspace) -> bool
     speed = -1.0
     for j in range(len(contacts)):
         c = contacts[j]
-        if c.normal_mode != INACTIVE:
+        if is_pressed(c):
             speed = max(speed, active_speed(c, ws.delassus[3 * j][3 * j]))
         elif closes(c):
             speed = max(speed, -c.velocity[0])
@@ -377,6 +386,10 @@ def is_jammed(contacts: list[ContactState], ws: Workspace) -> bool:
             if c.velocity[0] < 0.0:
                 return False
             continue
+        if c.normal_mode == SHAFT:
+            if slip_speed(c) > METHOD_OPTIONS.jam_speed:
+                return False
+            continue
         if abs(c.velocity[0]) > METHOD_OPTIONS.jam_speed or slips(c):
             return False
         push, size = 0.0, 0.0
@@ -386,7 +399,7 @@ def is_jammed(contacts: list[ContactState], ws: Workspace) -> bool:
                 row = ws.reduced[3 * j]
                 force = row[3 * k] * d.force[0]
                 push, size = push + force, size + abs(force)
-                if slips(d):
+                if resists_motion(d):
                     friction = row[3 * k + 1] * d.friction_1[0] + row[3 * k + 2] * d.friction_2[0]
                     push, size = push + friction, size + abs(friction)
         if abs(push) > METHOD_OPTIONS.rounding * size:
@@ -398,7 +411,7 @@ def is_jammed(contacts: list[ContactState], ws: Workspace) -> bool:
 def is_over(contacts: list[ContactState]) -> bool:
     """Whether no contact is active and none is about to be."""
     for j in range(len(contacts)):
-        if contacts[j].normal_mode != INACTIVE or closes(contacts[j]):
+        if is_pressed(contacts[j]) or closes(contacts[j]):
             return False
     return True
 
@@ -407,7 +420,7 @@ def is_over(contacts: list[ContactState]) -> bool:
 def closes(c: ContactState) -> bool:
     """Whether the bodies of an open contact touch and approach each other."""
     approaches = c.velocity[0] < -METHOD_OPTIONS.rounding and c.hold == FREE
-    return approaches and c.compression[0] > -METHOD_OPTIONS.rounding
+    return c.normal_mode == INACTIVE and approaches and c.compression[0] > -METHOD_OPTIONS.rounding
 
 
 @inner
@@ -422,7 +435,7 @@ def end(
     """Log the last phase and end all contacts; return True."""
     log_phase(m, contacts, p, log, ENERGY_FLOOR, -1)
     for j in range(len(contacts)):
-        if is_active(contacts[j]):
+        if is_pressed(contacts[j]):
             deactivate(m, contacts[j])
             if m.moves:
                 part(contacts, ws, j)
@@ -447,7 +460,7 @@ def log_phase(
     for j in range(len(contacts)):
         c, row = contacts[j], log[first + j]
         row.ending, row.contact = ending, contact
-        row.active = 1 if is_active(c) else 0
+        row.active = 1 if is_pressed(c) else 0
         row.impulse, row.impulse_1, row.impulse_2 = c.impulse, c.impulse_1, c.impulse_2
         if m.bodies > 0:
             row.impulse, row.impulse_1 = impulse_along(c, 0), impulse_along(c, 1)

@@ -21,7 +21,7 @@ from billiard_shot.impact.beginning import (
 from billiard_shot.impact.collocation import TABLEAUS
 from billiard_shot.impact.geometric_tail import ends_in_geometric_tail
 from billiard_shot.impact.integrator import end, integrate
-from billiard_shot.impact.moving_bodies import store_body
+from billiard_shot.impact.moving_bodies import end_swings, store_body
 from billiard_shot.impact.outcome import (
     clear_result,
     CollisionOutcome,
@@ -69,6 +69,7 @@ def _example(storage: Storage) -> tuple[Any, ...]:
         bodies=storage.records(BodyState, 0),
         moves=False,
         interval=inf,
+        swing=0.0,
         delassus=storage.array(np.eye(3)[np.newaxis]),
         velocity=storage.array(-np.eye(1, 3)),
         distances=False,
@@ -98,6 +99,8 @@ def solve_collisions(given: Collisions, scratch: Scratch, results: Results) -> N
                 if ends_in_geometric_tail(m, contacts, ws, p):
                     end(m, contacts, ws, p, log, INFINITE_SEQUENCE)
                     break
+            if m.moves:
+                end_swings(contacts, ws)
             finish(m, units, contacts, ws, p, results, number=i)
         else:
             for j in range(count):

@@ -161,6 +161,7 @@ def solve_stored(
         bodies=storage.records(BodyState, 0),
         moves=False,
         interval=inf,
+        swing=0.0,
         delassus=delassus,
         velocity=velocity,
         distances=lengths is not None,

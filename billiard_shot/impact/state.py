@@ -24,6 +24,7 @@ class NormalMode(IntEnum):
     INACTIVE = 0
     COMPRESSION = 1
     RESTITUTION = 2
+    SHAFT = 3  # it is the shaft of a cue, which has no normal force (shaft.py)
 
 
 class FrictionMode(IntEnum):
@@ -41,6 +42,7 @@ class FrictionMode(IntEnum):
     SLIP = 4
     SLIP_ONSET = 5  # the slip is exactly zero and about to grow along the slip direction
     CREEP = 6  # it slips so slowly that the forces set the slip direction: a stiff equation
+    ELASTIC = 7  # a spring and a dashpot resist the slip
 
 
 class Hold(IntEnum):
@@ -60,8 +62,10 @@ class BodyKind(IntEnum):
     EDGE = 3
 
 
-INACTIVE, COMPRESSION, RESTITUTION = map(int, NormalMode)
-FRICTIONLESS, DEFERRED, STICK, REDUNDANT_STICK, SLIP, SLIP_ONSET, CREEP = map(int, FrictionMode)
+INACTIVE, COMPRESSION, RESTITUTION, SHAFT = map(int, NormalMode)
+FRICTIONLESS, DEFERRED, STICK, REDUNDANT_STICK, SLIP, SLIP_ONSET, CREEP, ELASTIC = map(
+    int, FrictionMode
+)
 FREE, HELD, GONE = map(int, Hold)
 BALL_BODY, TIP_BODY, PLANE, EDGE = map(int, BodyKind)
 
@@ -79,6 +83,8 @@ class ContactState:
     friction: float  # coefficient without slip
     fading: float  # largest reduction of the coefficient by slip; 0 if it is constant
     decay: float  # the coefficient at slip v is friction - fading (1 - exp(-decay v))
+    spring: float  # that resists slip, with a dashpot, if the friction is ELASTIC
+    damping: float
     restitution: float
     softening: float  # of the restitution, see `ContactProperties`
     stiffness: float  # relative to that of the contact whose spring is fastest
@@ -122,6 +128,8 @@ class ContactState:
     force: Series  # on body a: normal force, friction
     friction_1: Series
     friction_2: Series
+    shift_1: Series  # extension of the spring that resists slip
+    shift_2: Series
     size: Series  # of the slip, and its direction
     dir_1: Series
     dir_2: Series
@@ -157,6 +165,7 @@ class ImpactProgress:
     phase_open: bool  # the motion went on since the last phase was logged
     stiff: int  # contacts that needed an implicit step last
     next_turn: float  # time at which pressed contacts take their normals anew
+    pressed_until: float  # time at which the last contact ended
     energy: float  # kinetic, of bodies that move, when the collision began
 
 
@@ -204,6 +213,7 @@ class Model(NamedTuple):
     bodies: int  # number of bodies whose places are known (moving_bodies.py), or 0
     moves: bool  # whether these move while they collide
     interval: float  # time after which pressed contacts take their normals anew
+    swing: float  # longest time that an end may swing after tip and ball parted (shaft.py)
 
 
 class Workspace(NamedTuple):
@@ -262,8 +272,20 @@ def is_active(c: ContactState) -> bool:
 
 
 @inner
+def is_pressed(c: ContactState) -> bool:
+    """Whether the bodies of a contact press each other."""
+    return c.normal_mode == COMPRESSION or c.normal_mode == RESTITUTION
+
+
+@inner
 def slips(c: ContactState) -> bool:
-    """Whether a contact slips, or is about to."""
+    """Whether a contact slips against friction, or is about to."""
+    return c.friction_mode >= SLIP and c.friction_mode != ELASTIC
+
+
+@inner
+def resists_motion(c: ContactState) -> bool:
+    """Whether the friction of a contact follows from its own motion, as it does not if it sticks."""
     return c.friction_mode >= SLIP
 
 
@@ -303,6 +325,15 @@ def friction_at(c: ContactState, slip: float) -> float:
     if c.fading == 0.0:
         return c.friction
     return c.friction - c.fading * (1.0 - exp(-c.decay * slip))
+
+
+@inner
+def elastic_friction(c: ContactState, k: int) -> tuple[float, float]:
+    """Coefficient k of the force of an ELASTIC contact, from those of shift and slip."""
+    return (
+        -c.spring * c.shift_1[k] - c.damping * c.slip_1[k],
+        -c.spring * c.shift_2[k] - c.damping * c.slip_2[k],
+    )
 
 
 @inner

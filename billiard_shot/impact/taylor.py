@@ -11,11 +11,14 @@ from billiard_shot.compiled import inner, innermost
 from billiard_shot.impact.options import METHOD_OPTIONS
 from billiard_shot.impact.state import (
     ContactState,
+    ELASTIC,
+    elastic_friction,
     force_is_negligible,
     friction_at,
     INACTIVE,
     is_active,
     Model,
+    resists_motion,
     slips,
     sticks,
     Workspace,
@@ -64,7 +67,9 @@ def expand(
                 c.force[k] = 0.0
             else:
                 c.force[k] = force_coefficient(c, k)
-            if slips(c):
+            if c.friction_mode == ELASTIC:
+                c.friction_1[k], c.friction_2[k] = elastic_friction(c, k)
+            elif slips(c):
                 if m.planar:
                     c.size[k] = c.slip_1[k] * c.slip_dir_1 + c.slip_2[k] * c.slip_dir_2
                     c.press_1[k] = c.force[k] * c.slip_dir_1
@@ -169,7 +174,7 @@ def integrate_coefficients(
             normal += row[n] * force
             first += row_1[n] * force
             second += row_2[n] * force
-            if slips(d):
+            if resists_motion(d):
                 f_1, f_2 = d.friction_1[k], d.friction_2[k]
                 normal += row[n + 1] * f_1 + row[n + 2] * f_2
                 first += row_1[n + 1] * f_1 + row_1[n + 2] * f_2
@@ -178,6 +183,8 @@ def integrate_coefficients(
         if c.friction > 0.0:
             c.slip_1[k + 1] = factor * first
             c.slip_2[k + 1] = factor * second
+        if c.friction_mode == ELASTIC:
+            c.shift_1[k + 1], c.shift_2[k + 1] = factor * c.slip_1[k], factor * c.slip_2[k]
     for j in range(len(contacts)):
         c = contacts[j]
         c.compression[k + 1] = -c.compression_rate * factor * c.velocity[k]
@@ -202,7 +209,7 @@ def fill_stick_forces(contacts: list[ContactState], ws: Workspace, count: int) -
             for k in range(count):
                 c.friction_1[k] += gain_1[n] * d.force[k]
                 c.friction_2[k] += gain_2[n] * d.force[k]
-            if slips(d):
+            if resists_motion(d):
                 for k in range(count):
                     f_1, f_2 = d.friction_1[k], d.friction_2[k]
                     c.friction_1[k] += gain_1[n + 1] * f_1 + gain_1[n + 2] * f_2

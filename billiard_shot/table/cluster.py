@@ -61,7 +61,7 @@ STILL_SPEED = 1e-12  # of the fastest ball's speed: what rounding leaves of a ba
 def room_for(storage: Storage, balls: int, with_cue: bool) -> ImpactRoom:
     """Make room for the impacts on a table of so many balls; none for a record of participants."""
     count = min(balls * (balls - 1) // 2, MOST_CONTACTS * balls)
-    count += 2 + MOST_EDGES * min(balls, 3) if with_cue else 0
+    count += 3 + MOST_EDGES * min(balls, 3) if with_cue else 0
     count = max(count, 1)
     return impact_room(storage, balls, balls + (count if with_cue else 0), count)
 
@@ -94,7 +94,7 @@ def solve(table: TableModel, impact: ClusterImpact, room: ImpactRoom) -> None:
     room.tolerance[0] = CUE_IMPACT_TOLERANCE if with_cue else BALL_IMPACT_TOLERANCE
     moves = table.cue.moves if with_cue else table.numbers.ball_duration > 0.0
     interval = table.cue.interval if with_cue else inf
-    solve_bodies(params, impact, room, moves, interval, logs=False)
+    solve_bodies(params, impact, room, moves, interval, 0.0, logs=False)
 
 
 @inner
@@ -104,6 +104,7 @@ def solve_bodies(
     room: ImpactRoom,
     moves: bool,
     interval: float,
+    swing: float,
     logs: bool,
 ) -> None:
     """Solve the impact of the bodies and contacts of a room, see `Collisions`."""
@@ -115,6 +116,7 @@ def solve_bodies(
             room.bodies[: impact.bodies],
             moves,
             interval,
+            swing,
             delassus=unused,
             velocity=unused[0],
             distances=moves,

@@ -9,6 +9,7 @@ from billiard_shot.records import record, Vector3
 THE_CUE = -3  # in place of the index of a ball; see also NOTHING and IMPACT
 # Of tip and ball, at DURATION_SPEED [s]: high-speed films, Alciatore (billiards.colostate.edu).
 TIP_DURATION = 1.3e-3
+LONGEST_SWING = 8e-3  # s, of the end of a cue after the tip left the ball: then it is at rest
 LONGEST_FOLLOW_THROUGH = 1.0  # s: nobody follows through for longer, however slowly
 
 
@@ -41,10 +42,13 @@ class CueParams(NamedTuple):
     # Sine of the elevation from which normals move in every strike. Below it, a strike with one
     # hit, that reaches only the cloth, keeps the normals of the first touch, see docs/limits.md.
     normals_move_from: float
+    # Spring [N/m] and dashpot [kg/s] that hold the end to the axis; 0: it swings back at once.
+    end_stiffness: float
+    end_damping: float
 
 
 NO_CUE = CueParams(
-    *(0.0,) * 4, 1.0, 1.0, 1.0, 0.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0, inf, True, False, 0.0, inf
+    *(0.0,) * 4, 1.0, 1.0, 1.0, 0.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0, inf, True, False, 0.0, inf, 0.0, 0.0
 )
 
 

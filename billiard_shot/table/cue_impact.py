@@ -7,8 +7,8 @@ from billiard_shot.numerics.frames import contact_axes
 from billiard_shot.records import Floats, Vector
 from billiard_shot.table.cue import CueParams
 
-# Contacts of an impact with the cue: tip and ball 0, ball 0 and cloth.
-TIP_CONTACT, CLOTH_CONTACT = 0, 1
+# Contacts of an impact with the cue: tip and ball 0, ball 0 and cloth, and the shaft if it bends.
+TIP_CONTACT, CLOTH_CONTACT, SHAFT_CONTACT = 0, 1, 2
 MAX_HITS = 8  # of a cue that follows: then it is taken away
 UP = 0.0, 0.0, 1.0
 
@@ -37,7 +37,43 @@ def write_contact(c: ContactProperties, a: int, b: int, gap: float) -> None:
     c.body_a, c.body_b, c.gap = a, b, gap
     c.tangent[0], c.tangent[1], c.tangent[2] = UP
     c.fading, c.decay, c.softening = 0.0, 0.0, 0.0
-    c.keeps_normal, c.max_closings = False, UNLIMITED
+    c.keeps_normal, c.max_closings, c.is_shaft = False, UNLIMITED, False
+
+
+@inner
+def cue_contacts(q: CueParams) -> int:
+    """Number of contacts of tip, cloth and shaft."""
+    return 3 if q.end_stiffness > 0.0 or q.end_damping > 0.0 else 2
+
+
+@inner
+def write_shaft(
+    q: CueParams, axis: Vector, n: Vector, tip: int, cloth: int, c: ContactProperties, axes: Floats
+) -> None:
+    """
+    Write the shaft of a cue.
+
+    Parameters
+    ----------
+    q : CueParams
+    axis, n : (3,) floats
+        As of `set_tip_and_cloth`. If these and the vertical are in one plane, so is the first
+        tangent.
+    tip, cloth : int
+        The bodies; the shaft does not move the cloth.
+    c : ContactProperties
+        Written.
+    axes : (3, 3) floats
+        Scratch.
+
+    """
+    write_contact(c, tip, cloth, 0.0)
+    c.friction, c.restitution, c.stiffness, c.exponent = 0.0, 0.0, 0.0, 1.0
+    c.is_shaft, c.keeps_normal = True, True
+    c.spring, c.damping = q.end_stiffness, q.end_damping
+    contact_axes(axis, n, UP, axes, 0)
+    for k in range(3):
+        c.tangent[k] = axes[1][k]
 
 
 @inner

@@ -7,7 +7,7 @@ impact of balls alone a cushion takes no part: its contact is so long that balls
 after the other.
 
 Bodies are the balls, then tip and cloth, then edges of cushions and, beside these, the cloth under
-other balls. The contacts of the cue, TIP_CONTACT and CLOTH_CONTACT, come first.
+other balls. The contacts of the cue come first (cue_impact.py).
 """
 
 from math import sqrt
@@ -24,11 +24,14 @@ from billiard_shot.table.ball_collision import friction_of_balls
 from billiard_shot.table.cue import CueRecord, THE_CUE
 from billiard_shot.table.cue_impact import (
     CLOTH_CONTACT,
+    cue_contacts,
     set_cloth,
     set_tip_and_cloth,
+    SHAFT_CONTACT,
     TIP_CONTACT,
     write_contact,
     write_fixed,
+    write_shaft,
     write_tip,
 )
 from billiard_shot.table.cushion import advance_free
@@ -111,7 +114,7 @@ def gather(
             room.bodies[0].velocity[k] = ball.velocity[k]
             room.bodies[0].spin[k] = table.params.radius * ball.spin[k]
         add_cue(table, s, cues[number], begin, members, room)
-        bodies, contacts = members + 2, 2
+        bodies, contacts = members + 2, cue_contacts(table.cue)
     contacts = add_pairs(table, room, members, contacts, reach, with_cue)
     if with_cue and not table.numbers.endless:
         for k in range(members):
@@ -197,6 +200,10 @@ def add_cue(
     set_tip_and_cloth(
         q, cue.axis, n, room.properties[TIP_CONTACT], room.properties[CLOTH_CONTACT], axes
     )
+    if cue_contacts(q) > SHAFT_CONTACT:
+        shaft = room.properties[SHAFT_CONTACT]
+        write_shaft(q, cue.axis, n, members, members + 1, shaft, axes=axes)
+        room.edges[SHAFT_CONTACT] = NOTHING
 
 
 @inner

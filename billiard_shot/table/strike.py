@@ -31,15 +31,19 @@ from billiard_shot.table.cue import (
     CueParams,
     CueRecord,
     follow_through_time,
+    LONGEST_SWING,
     THE_CUE,
     TIP_DURATION,
 )
 from billiard_shot.table.cue_impact import (
     CLOTH_CONTACT,
+    cue_contacts,
     set_tip_and_cloth,
+    SHAFT_CONTACT,
     TIP_CONTACT,
     write_contact,
     write_fixed,
+    write_shaft,
     write_tip,
 )
 from billiard_shot.table.gather import (
@@ -58,8 +62,6 @@ from billiard_shot.table.simulation_state import energy_of, log_event, Simulatio
 # pressure: while the cloth still pushes the ball, every tip slips in the last instant, in scene
 # `pool` by up to 0.02 of the cue's speed. Genuine miscues end with more than 0.06.
 MISCUE_SLIP = 0.03
-# Tip, cloth and ball 0 alone, whose contacts keep their normals.
-STEADY = ClusterImpact(0.0, 0, THE_CUE, True, 0.0, members=1, bodies=3, contacts=2)
 
 
 @inner
@@ -83,12 +85,12 @@ def strike(
     slow = cue.speed * TIP_DURATION < table.params.radius
     tolerance = CUE_IMPACT_TOLERANCE if near else min(cue.tolerance, CUE_IMPACT_TOLERANCE)
     steep = slow and -cue.axis[2] >= q.normals_move_from
-    impact, moving = STEADY, near or steep
+    impact, moving = steady_impact(q), near or steep
     if moving:
         impact = solve_near(table, s, cues, number, room, tolerance)
     if not steep and not (moving and reaches_others(impact, room)):
-        impact = STEADY
-        solve_steady(table, cue, room)
+        impact = steady_impact(q)
+        solve_steady(table, cue, impact, room)
         moving = q.follow_through > 0.0 and q.moves and repeats(room)
         if moving:
             impact = solve_near(table, s, cues, number, room, tolerance)
@@ -111,19 +113,38 @@ def solve_near(
     meeting = Meeting(0.0, 0, THE_CUE, q.neighbour_reach)
     impact = gather(table, s, cues, number, meeting, room)
     room.tolerance[0] = tolerance
-    solve_bodies(params, impact, room, q.moves, q.interval, logs=True)
+    solve_bodies(params, impact, room, q.moves, q.interval, swing_time(q), logs=True)
     return impact
 
 
 @inner
-def solve_steady(table: TableModel, cue: CueRecord, room: ImpactRoom) -> None:
-    """Solve the impact `STEADY`."""
+def steady_impact(q: CueParams) -> ClusterImpact:
+    """Return the impact of tip, cloth and ball 0 alone, whose contacts keep their normals."""
+    return ClusterImpact(
+        0.0, 0, THE_CUE, True, 0.0, members=1, bodies=3, contacts=cue_contacts(q)
+    )
+
+
+@inner
+def swing_time(q: CueParams) -> float:
+    """How long the end of a cue that may hit the ball again swings after a hit, at most [s]."""
+    return LONGEST_SWING if q.moves and q.follow_through > 0.0 else 0.0
+
+
+@inner
+def solve_steady(
+    table: TableModel, cue: CueRecord, impact: ClusterImpact, room: ImpactRoom
+) -> None:
+    """Solve the impact of `steady_impact`."""
     q, params, n = table.cue, table.params, cue.normal
     ball, tip, cloth = room.bodies[0], room.bodies[1], room.bodies[2]
     upper, lower = room.properties[TIP_CONTACT], room.properties[CLOTH_CONTACT]
     write_contact(upper, 1, 0, 0.0)
     write_contact(lower, 0, 2, 0.0)
     set_tip_and_cloth(q, cue.axis, n, upper, lower, room.scratch.workspace.polynomials)
+    if impact.contacts > SHAFT_CONTACT:
+        shaft, axes = room.properties[SHAFT_CONTACT], room.scratch.workspace.polynomials
+        write_shaft(q, cue.axis, n, 1, 2, shaft, axes=axes)
     write_tip(q, cue.axis, cue.speed, tip)
     write_fixed(cloth, PLANE, 0.0, 0.0, 1.0)
     cloth.position[2] = -params.radius
@@ -133,7 +154,7 @@ def solve_steady(table: TableModel, cue: CueRecord, room: ImpactRoom) -> None:
     for k in range(3):
         tip.position[k] = q.reach * n[k]
     room.members[0], room.tolerance[0] = 0, cue.tolerance
-    solve_bodies(params, STEADY, room, False, inf, logs=True)
+    solve_bodies(params, impact, room, False, inf, swing_time(q), logs=True)
 
 
 @inner
