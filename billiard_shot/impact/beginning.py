@@ -284,7 +284,7 @@ def reset_progress(p: ImpactProgress) -> None:
     p.scale, p.speed = 1.0, 1.0
     p.modes_changed, p.phase_open = True, False
     p.status, p.phases, p.steps, p.time, p.next_turn = OK, 0, 0, 0.0, inf
-    p.pressed_until = 0.0
+    p.first_end = inf
 
 
 @inner

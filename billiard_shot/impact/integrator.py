@@ -106,11 +106,12 @@ def integrate(
             p.next_turn = p.time + m.interval  # the next contact that closes begins an interval
         if event.kind != NO_EVENT:
             apply_event(m, contacts, ws, p, log, event)
+        if p.time - p.first_end >= m.swing:
+            return end(m, contacts, ws, p, log, p.status)
         if is_over(contacts):
-            if not may_strike_again(m, contacts, ws, p):
+            if m.swing == 0.0 or not may_strike_again(contacts, ws):
                 return True
-        else:
-            p.pressed_until = p.time
+            p.first_end = min(p.first_end, p.time)
         if p.time >= p.next_turn * (1.0 - METHOD_OPTIONS.time_rounding):
             turn_normals(m, contacts, ws)
             p.next_turn, p.modes_changed = p.time + m.interval, True

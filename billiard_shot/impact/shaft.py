@@ -20,9 +20,7 @@ from billiard_shot.impact.options import METHOD_OPTIONS
 from billiard_shot.impact.state import (
     ContactState,
     FREE,
-    ImpactProgress,
     INACTIVE,
-    Model,
     SHAFT,
     slip_speed,
     Workspace,
@@ -30,13 +28,11 @@ from billiard_shot.impact.state import (
 
 
 @inner
-def may_strike_again(
-    m: Model, contacts: list[ContactState], ws: Workspace, p: ImpactProgress
-) -> bool:
+def may_strike_again(contacts: list[ContactState], ws: Workspace) -> bool:
     """Whether an end that swings may still bring its tip back to a ball."""
     for j in range(len(contacts)):
         shaft = contacts[j]
-        if shaft.normal_mode == SHAFT and p.time - p.pressed_until < m.swing:
+        if shaft.normal_mode == SHAFT:
             response = ws.delassus[3 * j + 1][3 * j + 1]
             stiffness = shaft.spring * response  # of the swing: its squared frequency
             rate = max(shaft.damping * response, sqrt(stiffness))

@@ -165,7 +165,7 @@ class ImpactProgress:
     phase_open: bool  # the motion went on since the last phase was logged
     stiff: int  # contacts that needed an implicit step last
     next_turn: float  # time at which pressed contacts take their normals anew
-    pressed_until: float  # time at which the last contact ended
+    first_end: float  # time at which first no contact was active while an end swung (shaft.py)
     energy: float  # kinetic, of bodies that move, when the collision began
 
 
@@ -213,7 +213,7 @@ class Model(NamedTuple):
     bodies: int  # number of bodies whose places are known (moving_bodies.py), or 0
     moves: bool  # whether these move while they collide
     interval: float  # time after which pressed contacts take their normals anew
-    swing: float  # longest time that an end may swing after tip and ball parted (shaft.py)
+    swing: float  # longest time that a collision goes on after `ImpactProgress.first_end`
 
 
 class Workspace(NamedTuple):

@@ -119,7 +119,7 @@ def solve_bodies(
             swing,
             delassus=unused,
             velocity=unused[0],
-            distances=moves,
+            distances=moves or swing > 0.0,
             lengths=unused[0],
             tolerance=room.tolerance,
         ),

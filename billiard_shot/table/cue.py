@@ -9,7 +9,7 @@ from billiard_shot.records import record, Vector3
 THE_CUE = -3  # in place of the index of a ball; see also NOTHING and IMPACT
 # Of tip and ball, at DURATION_SPEED [s]: high-speed films, Alciatore (billiards.colostate.edu).
 TIP_DURATION = 1.3e-3
-LONGEST_SWING = 8e-3  # s, of the end of a cue after the tip left the ball: then it is at rest
+LONGEST_SWING = 6e-3  # s, of the end of a cue after the tip left the ball: then it is at rest
 LONGEST_FOLLOW_THROUGH = 1.0  # s: nobody follows through for longer, however slowly
 
 
