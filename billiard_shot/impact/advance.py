@@ -6,10 +6,10 @@ from billiard_shot.impact.state import (
     ContactState,
     CREEP,
     ELASTIC,
+    friction_is_explicit,
     INACTIVE,
     Model,
     resists,
-    resists_motion,
     SLIP,
     SLIP_ONSET,
 )
@@ -50,7 +50,7 @@ def advance(m: Model, contacts: list[ContactState], scale: float, order: int, x:
             if resists(c):
                 c.impulse_1 += scale * integral(c.friction_1, order, x)
                 c.impulse_2 += scale * integral(c.friction_2, order, x)
-            if resists_motion(c):
+            if friction_is_explicit(c):
                 c.friction_loss -= scale * friction_work(c, order, x)
     for j in range(len(contacts)):
         c = contacts[j]

@@ -18,12 +18,12 @@ from billiard_shot.impact.state import (
     ContactState,
     ELASTIC,
     friction_at,
+    friction_is_explicit,
     IMPLICIT_STAGES,
     INACTIVE,
     is_active,
     is_stiff,
     Model,
-    resists_motion,
     slips,
     Workspace,
 )
@@ -192,9 +192,7 @@ def solve_stages(
 
 
 @inner
-def set_stage_forces(
-    m: Model, contacts: list[ContactState], ws: Workspace, scale: float
-) -> None:
+def set_stage_forces(m: Model, contacts: list[ContactState], ws: Workspace, scale: float) -> None:
     """Find the forces at the stages: springs from y, friction from the direction of slip."""
     for j in range(len(contacts)):
         c = contacts[j]
@@ -277,7 +275,7 @@ def add_slopes(
         c = contacts[j]
         if is_active(c):
             add_times(scale * response[3 * j], c.force, slope)
-            if resists_motion(c):
+            if friction_is_explicit(c):
                 add_times(scale * response[3 * j + 1], c.friction_1, slope)
                 add_times(scale * response[3 * j + 2], c.friction_2, slope)
 

@@ -97,9 +97,7 @@ def same_events(ws: Workspace, row: int, sections: int) -> bool:
 
 
 @inner
-def amplitude(
-    contacts: list[ContactState], ws: Workspace, now: Floats, before: Floats
-) -> float:
+def amplitude(contacts: list[ContactState], ws: Workspace, now: Floats, before: Floats) -> float:
     """Amplitude of the motion after a cycle, as a velocity, at the contacts that it pressed."""
     square = 0.0
     for j in range(len(contacts)):

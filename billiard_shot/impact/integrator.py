@@ -42,11 +42,13 @@ from billiard_shot.impact.moving_bodies import (
     part,
 )
 from billiard_shot.impact.options import METHOD_OPTIONS, negligible_speed
+from billiard_shot.impact.shaft import may_strike_again
 from billiard_shot.impact.state import (
     ContactState,
     CREEP,
     DEFERRED,
     FREE,
+    friction_is_explicit,
     ImpactProgress,
     IMPLICIT_STAGES,
     INACTIVE,
@@ -57,7 +59,6 @@ from billiard_shot.impact.state import (
     Model,
     PhaseLog,
     REDUNDANT_STICK,
-    resists_motion,
     RESTITUTION,
     SHAFT,
     SLIP,
@@ -67,7 +68,6 @@ from billiard_shot.impact.state import (
     stop_slip,
     Workspace,
 )
-from billiard_shot.impact.shaft import may_strike_again
 from billiard_shot.impact.taylor import explicit_step
 from billiard_shot.impact.transitions import apply, deactivate, set_onset_direction
 from billiard_shot.impact.turning import turn_normals
@@ -400,7 +400,7 @@ def is_jammed(contacts: list[ContactState], ws: Workspace) -> bool:
                 row = ws.reduced[3 * j]
                 force = row[3 * k] * d.force[0]
                 push, size = push + force, size + abs(force)
-                if resists_motion(d):
+                if friction_is_explicit(d):
                     friction = row[3 * k + 1] * d.friction_1[0] + row[3 * k + 2] * d.friction_2[0]
                     push, size = push + friction, size + abs(friction)
         if abs(push) > METHOD_OPTIONS.rounding * size:
@@ -412,7 +412,8 @@ def is_jammed(contacts: list[ContactState], ws: Workspace) -> bool:
 def is_over(contacts: list[ContactState]) -> bool:
     """Whether no contact is active and none is about to be."""
     for j in range(len(contacts)):
-        if is_pressed(contacts[j]) or closes(contacts[j]):
+        c = contacts[j]
+        if is_pressed(c) or closes(c):
             return False
     return True
 

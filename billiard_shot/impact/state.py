@@ -284,8 +284,8 @@ def slips(c: ContactState) -> bool:
 
 
 @inner
-def resists_motion(c: ContactState) -> bool:
-    """Whether the friction of a contact follows from its own motion, as it does not if it sticks."""
+def friction_is_explicit(c: ContactState) -> bool:
+    """Whether friction follows from the state of a contact; not so if the contact sticks."""
     return c.friction_mode >= SLIP
 
 

@@ -15,10 +15,10 @@ from billiard_shot.impact.state import (
     elastic_friction,
     force_is_negligible,
     friction_at,
+    friction_is_explicit,
     INACTIVE,
     is_active,
     Model,
-    resists_motion,
     slips,
     sticks,
     Workspace,
@@ -174,7 +174,7 @@ def integrate_coefficients(
             normal += row[n] * force
             first += row_1[n] * force
             second += row_2[n] * force
-            if resists_motion(d):
+            if friction_is_explicit(d):
                 f_1, f_2 = d.friction_1[k], d.friction_2[k]
                 normal += row[n + 1] * f_1 + row[n + 2] * f_2
                 first += row_1[n + 1] * f_1 + row_1[n + 2] * f_2
@@ -209,7 +209,7 @@ def fill_stick_forces(contacts: list[ContactState], ws: Workspace, count: int) -
             for k in range(count):
                 c.friction_1[k] += gain_1[n] * d.force[k]
                 c.friction_2[k] += gain_2[n] * d.force[k]
-            if resists_motion(d):
+            if friction_is_explicit(d):
                 for k in range(count):
                     f_1, f_2 = d.friction_1[k], d.friction_2[k]
                     c.friction_1[k] += gain_1[n + 1] * f_1 + gain_1[n + 2] * f_2

@@ -43,12 +43,12 @@ class CueParams(NamedTuple):
     # hit, that reaches only the cloth, keeps the normals of the first touch, see docs/limits.md.
     normals_move_from: float
     # Spring [N/m] and dashpot [kg/s] that hold the end to the axis; 0: it swings back at once.
-    end_stiffness: float
-    end_damping: float
+    end_stiffness: float = 0.0
+    end_damping: float = 0.0
 
 
 NO_CUE = CueParams(
-    *(0.0,) * 4, 1.0, 1.0, 1.0, 0.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0, inf, True, False, 0.0, inf, 0.0, 0.0
+    *(0.0,) * 4, 1.0, 1.0, 1.0, 0.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0, inf, True, False, 0.0, inf
 )
 
 

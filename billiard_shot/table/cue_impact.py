@@ -42,7 +42,7 @@ def write_contact(c: ContactProperties, a: int, b: int, gap: float) -> None:
 
 @inner
 def cue_contacts(q: CueParams) -> int:
-    """Number of contacts of tip, cloth and shaft."""
+    """Count the contacts of tip, cloth and shaft."""
     return 3 if q.end_stiffness > 0.0 or q.end_damping > 0.0 else 2
 
 

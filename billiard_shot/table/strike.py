@@ -120,9 +120,7 @@ def solve_near(
 @inner
 def steady_impact(q: CueParams) -> ClusterImpact:
     """Return the impact of tip, cloth and ball 0 alone, whose contacts keep their normals."""
-    return ClusterImpact(
-        0.0, 0, THE_CUE, True, 0.0, members=1, bodies=3, contacts=cue_contacts(q)
-    )
+    return ClusterImpact(0.0, 0, THE_CUE, True, 0.0, members=1, bodies=3, contacts=cue_contacts(q))
 
 
 @inner

@@ -12,6 +12,7 @@ from billiard_shot import predict, predict_batch, Scene, Status, Stroke
 from billiard_shot.scene import Effects
 from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.strike_model import cue_params, NORMALS_MOVE_FROM
+from billiard_shot.table.cue import LONGEST_SWING
 from billiard_shot.table.cue_impact import CLOTH_CONTACT, MAX_HITS, TIP_CONTACT
 from billiard_shot.table.effects import table_on
 
@@ -28,8 +29,8 @@ def springs_of(scene, params):
     """State tip, cloth, balls and the nose at the foot in the terms of the reference."""
     nowhere, model = np.zeros(3), model_of(scene)
     places = np.array([[*place, R] for place in scene.balls.values()])
-    cloth = model.restitution[CLOTH_CONTACT], 0.0, params.cloth_stiffness
-    tip = model.restitution[TIP_CONTACT], 0.0, params.stiffness
+    cloth = model.restitution[CLOTH_CONTACT], 0.0, params.cloth_stiffness, params.cloth_exponent
+    tip = model.restitution[TIP_CONTACT], 0.0, params.stiffness, params.exponent
     rows = [
         (CLOTH, 0, -1, nowhere, nowhere, 0.0, model.friction[TIP_CONTACT], 0.0, 0.0, *tip),
         (CLOTH, 0, -1, nowhere, nowhere, 0.0, model.friction[CLOTH_CONTACT], 0.0, 0.0, *cloth),
@@ -38,14 +39,14 @@ def springs_of(scene, params):
     if len(places) > 1:
         friction = balls.friction_fast + balls.friction_slow
         fading = balls.friction_slow, balls.friction_decay
-        law = balls.restitution, 0.0, params.ball_stiffness
+        law = balls.restitution, 0.0, params.ball_stiffness, model.surface.exponent
         rows.append((BALL, 0, 1, nowhere, nowhere, 0.0, friction, *fading, *law))
     for ball, place in enumerate(places):
         if place[0] > 0.5 * scene.table.length - 2.0 * R:
             point = np.array([0.5 * scene.table.length, 0.0, nose.height * 2.0 * R])
             along, law = np.array([0.0, 1.0, 0.0]), (nose.restitution, nose.fading)
             rows.append((EDGE, ball, -1, point, along, 0.0, nose.friction, 0.0, 0.0, *law,
-                         params.nose_stiffness))  # fmt: skip
+                         params.nose_stiffness, model.surface.exponent))  # fmt: skip
             if ball > 0:
                 rows.append((CLOTH, ball, -1, nowhere, nowhere, 0.0, model.friction[CLOTH_CONTACT],
                              0.0, 0.0, *cloth))  # fmt: skip
@@ -69,11 +70,12 @@ def both(scene, stroke):
     cue, after = run.cues[0], run.balls[0]
     assert cue['status'] == Status.OK
     found = np.concatenate([after['velocity'].ravel(), R * after['spin'].ravel(), [cue['speed']]])
-    numbers = np.array([params.response, params.across, *axis])
+    shaft = params.end_stiffness, params.end_damping, LONGEST_SWING
+    numbers = np.array([params.response, params.across, *axis, *shaft])
     tip = places[0] + params.reach * normal
     v, w, left, closings, _ = integrate(
-        springs_of(scene, params), numbers, model.exponent, ball.mass, ball.inertia, R,
-        params.reach, tip, speed, places.copy(), MAX_HITS, STEP, 0.05,
+        springs_of(scene, params), numbers, ball.mass, ball.inertia, R, params.reach, tip, speed,
+        places.copy(), MAX_HITS, STEP, 0.05,
     )  # fmt: skip
     wanted = np.concatenate([v.ravel(), R * w.ravel(), [left]])
     return found / speed, wanted / speed, cue['hits'], closings[TIP_CONTACT]
