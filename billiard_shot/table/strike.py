@@ -33,7 +33,6 @@ from billiard_shot.table.cue import (
     follow_through_time,
     LONGEST_SWING,
     THE_CUE,
-    TIP_DURATION,
 )
 from billiard_shot.table.cue_impact import (
     CLOTH_CONTACT,
@@ -82,7 +81,7 @@ def strike(
     q, cue = table.cue, cues[number]
     near = cue.others
     # The tip of a faster cue goes through a good part of the ball, where it has no normal.
-    slow = cue.speed * TIP_DURATION < table.params.radius
+    slow = cue.speed * q.tip_duration < table.params.radius
     tolerance = CUE_IMPACT_TOLERANCE if near else min(cue.tolerance, CUE_IMPACT_TOLERANCE)
     steep = slow and -cue.axis[2] >= q.normals_move_from
     impact, moving = steady_impact(q), near or steep
