@@ -42,7 +42,7 @@ from billiard_shot.impact.moving_bodies import (
     part,
 )
 from billiard_shot.impact.options import METHOD_OPTIONS, negligible_speed
-from billiard_shot.impact.shaft import may_strike_again
+from billiard_shot.impact.shaft import logged_contacts, may_strike_again
 from billiard_shot.impact.state import (
     ContactState,
     CREEP,
@@ -106,7 +106,7 @@ def integrate(
             p.next_turn = p.time + m.interval  # the next contact that closes begins an interval
         if event.kind != NO_EVENT:
             apply_event(m, contacts, ws, p, log, event)
-        if p.time - p.first_end >= m.swing:
+        if p.time >= (p.first_end + m.swing) * (1.0 - METHOD_OPTIONS.time_rounding):
             return end(m, contacts, ws, p, log, p.status)
         if is_over(contacts):
             if m.swing == 0.0 or not may_strike_again(contacts, ws):
@@ -233,6 +233,8 @@ def propose_step(m: Model, contacts: list[ContactState], ws: Workspace, p: Impac
     if scale > 0.0:
         if m.interval < inf and some_turn(contacts):
             length = min(length, max(p.next_turn - p.time, 0.0) / scale)
+        if p.first_end < inf:
+            length = min(length, max(p.first_end + m.swing - p.time, 0.0) / scale)
         if redundant:
             length = min(length, METHOD_OPTIONS.max_redundant_step / scale)
         if m.moves:
@@ -455,11 +457,12 @@ def log_phase(
     contact: int,
 ) -> None:
     """Count a phase that ends now, and log it if the log has room."""
-    first = p.phases * len(contacts)
+    count = logged_contacts(contacts)
+    first = p.phases * count
     p.phases += 1
-    if first + len(contacts) > len(log):
+    if first + count > len(log):
         return
-    for j in range(len(contacts)):
+    for j in range(count):
         c, row = contacts[j], log[first + j]
         row.ending, row.contact = ending, contact
         row.active = 1 if is_pressed(c) else 0

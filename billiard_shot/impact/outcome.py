@@ -14,6 +14,7 @@ from billiard_shot.impact.moving_bodies import (
     store_body,
 )
 from billiard_shot.impact.options import METHOD_OPTIONS
+from billiard_shot.impact.shaft import logged_contacts
 from billiard_shot.impact.state import (
     BodyState,
     components,
@@ -91,7 +92,7 @@ def finish(
         write_result(m, contacts[j], results.contacts[number * count + j], units)
     if m.bodies > 0:
         finish_bodies(m, units, contacts, ws, results, number)
-    for i in range(min(p.phases * count, len(results.log))):
+    for i in range(min(p.phases * logged_contacts(contacts), len(results.log))):
         logged = results.log[i]
         logged.impulse *= units.impulse
         logged.impulse_1 *= units.impulse

@@ -8,6 +8,8 @@ masses on a beam.
 In a collision the shaft is a contact of the tip that has no normal force. Along its tangents,
 which are normal to the axis, it pulls the tip back with spring * shift + damping * velocity.
 
+Shafts are the last contacts of a collision; the log of phases leaves them out.
+
 The end still swings when tip and ball have parted. Then the collision goes on as long as the
 swing can bring the tip back to the ball, but no longer than `Model.swing`.
 """
@@ -25,6 +27,15 @@ from billiard_shot.impact.state import (
     slip_speed,
     Workspace,
 )
+
+
+@inner
+def logged_contacts(contacts: list[ContactState]) -> int:
+    """Return the number of contacts that are not shafts."""
+    count = len(contacts)
+    while count > 0 and contacts[count - 1].normal_mode == SHAFT:
+        count -= 1
+    return count
 
 
 @inner

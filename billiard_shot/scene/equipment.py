@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 
 from billiard_shot.scene.checks import check
 from billiard_shot.scene.errors import Mistake
-from billiard_shot.scene.fields import boolean, Derived, number, section
+from billiard_shot.scene.fields import boolean, number, section
 from billiard_shot.scene.table import BallBall
 
 # Squirt of a common shaft, 1.9 degrees at half a radius off centre (a = 0.5), after Alciatore
@@ -140,12 +140,6 @@ def _stiffness_or_duration(contact: Any) -> Iterator[Mistake]:
         yield Mistake(
             ('stiffness',), f'must be omitted, because duration is given, got {stiffness!r}'
         )
-    if stiffness is not None and not isinstance(contact.exponent, Derived):
-        yield Mistake(
-            ('exponent',),
-            f'must be omitted unless duration is given, got {contact.exponent!r}: a ratio of '
-            'stiffnesses is one of contacts with the same exponent',
-        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -168,8 +162,8 @@ class ContactParameters:
         with a linear spring of stiffness k it is (1 + e) / 2 pi sqrt(m / k), for the mass m of the
         ball on the cloth, and for 1 / (1 / m + 1 / M) if a cue of mass M hits it.
     exponent : float, optional
-        Exponent of the spring, 1 to 10; only of a contact with a duration. By default that of the
-        `Scene`, which fills it in.
+        Exponent of the spring, 1 to 10. By default that of the `Scene`, which fills it in. Another
+        one needs a duration.
 
     """
 

@@ -29,6 +29,19 @@ def _end_of_a_guided_cue(scene: Any) -> Iterator[Mistake]:
         yield Mistake(('effects', 'end_mass'), "must be auto or off for a guided cue, got 'on'")
 
 
+def _exponents_of_a_ratio(scene: Any) -> Iterator[Mistake]:
+    """Mistakes of contacts whose stiffnesses are a ratio, but not one of the same springs."""
+    for name in ('cue_ball', 'ball_table'):
+        contact = getattr(scene.contacts, name)
+        other = not isinstance(contact.exponent, Derived) and contact.exponent != scene.exponent
+        if other and contact.stiffness is not None:
+            yield Mistake(
+                ('contacts', name, 'exponent'),
+                f'must be that of the scene, {scene.exponent:g}, unless a duration is given in '
+                f'place of the stiffness, got {contact.exponent!r}',
+            )
+
+
 @dataclass(frozen=True, slots=True)
 class Scene(Shown):
     """
@@ -66,6 +79,7 @@ class Scene(Shown):
         rack_in_the_way,
         hasty_cushion,
         _end_of_a_guided_cue,
+        _exponents_of_a_ratio,
     )
     ball: Ball = section(Ball)
     cue: Cue = section(Cue)

@@ -169,6 +169,7 @@ def strike_of(
             'cue': {'mass': masses[0], **guided},
             'contacts': {'cue_ball': tip, 'ball_table': cloth},
             'exponent': exponent,
+            'effects': {'shaft': 'off'},
         }
     )
     c = np.asarray(direction, float) / np.linalg.norm(direction)

@@ -109,9 +109,10 @@ def solve_bodies(
 ) -> None:
     """Solve the impact of the bodies and contacts of a room, see `Collisions`."""
     work, unused, results = room.scratch, room.unused, room.results
+    count = impact.contacts + impact.shafts
     solve_collisions(
         Collisions(
-            room.properties[: impact.contacts],
+            room.properties[:count],
             params.law,
             room.bodies[: impact.bodies],
             moves,
@@ -123,7 +124,7 @@ def solve_bodies(
             lengths=unused[0],
             tolerance=room.tolerance,
         ),
-        Scratch(work.contacts[: impact.contacts], work.workspace, work.progress),
+        Scratch(work.contacts[:count], work.workspace, work.progress),
         Results(
             results.contacts,
             results.bodies,

@@ -7,8 +7,8 @@ from billiard_shot.numerics.frames import contact_axes
 from billiard_shot.records import Floats, Vector
 from billiard_shot.table.cue import CueParams
 
-# Contacts of an impact with the cue: tip and ball 0, ball 0 and cloth, and the shaft if it bends.
-TIP_CONTACT, CLOTH_CONTACT, SHAFT_CONTACT = 0, 1, 2
+# Contacts of an impact with the cue: tip and ball 0, ball 0 and cloth. The shaft comes last.
+TIP_CONTACT, CLOTH_CONTACT = 0, 1
 MAX_HITS = 8  # of a cue that follows: then it is taken away
 UP = 0.0, 0.0, 1.0
 
@@ -41,9 +41,9 @@ def write_contact(c: ContactProperties, a: int, b: int, gap: float) -> None:
 
 
 @inner
-def cue_contacts(q: CueParams) -> int:
-    """Count the contacts of tip, cloth and shaft."""
-    return 3 if q.end_stiffness > 0.0 or q.end_damping > 0.0 else 2
+def shafts_of(q: CueParams) -> int:
+    """Return the number of contacts that are shafts: 1, or 0 if the end of the cue is free."""
+    return 1 if q.end_stiffness > 0.0 or q.end_damping > 0.0 else 0
 
 
 @inner

@@ -24,10 +24,9 @@ from billiard_shot.table.ball_collision import friction_of_balls
 from billiard_shot.table.cue import CueRecord, THE_CUE
 from billiard_shot.table.cue_impact import (
     CLOTH_CONTACT,
-    cue_contacts,
     set_cloth,
     set_tip_and_cloth,
-    SHAFT_CONTACT,
+    shafts_of,
     TIP_CONTACT,
     write_contact,
     write_fixed,
@@ -81,6 +80,7 @@ class ClusterImpact(NamedTuple):
     members: int  # balls that take part
     bodies: int  # with tip, cloth and edges
     contacts: int
+    shafts: int  # contacts beside these, which come last: the shaft of the cue, or none
 
 
 @inner
@@ -114,12 +114,13 @@ def gather(
             room.bodies[0].velocity[k] = ball.velocity[k]
             room.bodies[0].spin[k] = table.params.radius * ball.spin[k]
         add_cue(table, s, cues[number], begin, members, room)
-        bodies, contacts = members + 2, cue_contacts(table.cue)
+        bodies, contacts = members + 2, 2
     contacts = add_pairs(table, room, members, contacts, reach, with_cue)
     if with_cue and not table.numbers.endless:
         for k in range(members):
             bodies, contacts = add_edges(table, room, k, members, bodies, contacts, reach=reach)
-    return ClusterImpact(time, first, other, with_cue, begin, members, bodies, contacts)
+    shafts = add_shaft(table, cues[number], members, contacts, room) if with_cue else 0
+    return ClusterImpact(time, first, other, with_cue, begin, members, bodies, contacts, shafts)
 
 
 @inner
@@ -200,10 +201,22 @@ def add_cue(
     set_tip_and_cloth(
         q, cue.axis, n, room.properties[TIP_CONTACT], room.properties[CLOTH_CONTACT], axes
     )
-    if cue_contacts(q) > SHAFT_CONTACT:
-        shaft = room.properties[SHAFT_CONTACT]
-        write_shaft(q, cue.axis, n, members, members + 1, shaft, axes=axes)
-        room.edges[SHAFT_CONTACT] = NOTHING
+
+
+@inner
+def add_shaft(
+    table: TableModel, cue: CueRecord, members: int, contacts: int, room: ImpactRoom
+) -> int:
+    """Add the shaft of the cue after all contacts; return the number of shafts."""
+    q, work = table.cue, room.scratch.workspace
+    shafts = shafts_of(q)
+    if shafts > 0:
+        n, ball, tip = work.vector[0], room.bodies[0].position, room.bodies[members].position
+        for k in range(3):
+            n[k] = tip[k] - ball[k]
+        shaft = room.properties[contacts]
+        write_shaft(q, cue.axis, n, members, members + 1, shaft, axes=work.polynomials)
+    return shafts
 
 
 @inner

@@ -36,9 +36,8 @@ from billiard_shot.table.cue import (
 )
 from billiard_shot.table.cue_impact import (
     CLOTH_CONTACT,
-    cue_contacts,
     set_tip_and_cloth,
-    SHAFT_CONTACT,
+    shafts_of,
     TIP_CONTACT,
     write_contact,
     write_fixed,
@@ -76,7 +75,8 @@ def strike(
 
     If others are near or the stroke is steep, bodies move at first. If it is not steep, and the
     ball reaches no others, normals stay. If tip or cloth then meet the ball again, bodies move
-    after all.
+    after all; so they do if the tip of a shaft slides off the ball, because it often meets it
+    again.
     """
     q, cue = table.cue, cues[number]
     near = cue.others
@@ -90,7 +90,8 @@ def strike(
     if not steep and not (moving and reaches_others(impact, room)):
         impact = steady_impact(q)
         solve_steady(table, cue, impact, room)
-        moving = q.follow_through > 0.0 and q.moves and repeats(room)
+        again = repeats(room) or (impact.shafts > 0 and slides_off(cue, room))
+        moving = q.follow_through > 0.0 and q.moves and again
         if moving:
             impact = solve_near(table, s, cues, number, room, tolerance)
     cue.others = reaches_others(impact, room)
@@ -119,7 +120,9 @@ def solve_near(
 @inner
 def steady_impact(q: CueParams) -> ClusterImpact:
     """Return the impact of tip, cloth and ball 0 alone, whose contacts keep their normals."""
-    return ClusterImpact(0.0, 0, THE_CUE, True, 0.0, members=1, bodies=3, contacts=cue_contacts(q))
+    return ClusterImpact(
+        0.0, 0, THE_CUE, True, 0.0, members=1, bodies=3, contacts=2, shafts=shafts_of(q)
+    )
 
 
 @inner
@@ -139,8 +142,8 @@ def solve_steady(
     write_contact(upper, 1, 0, 0.0)
     write_contact(lower, 0, 2, 0.0)
     set_tip_and_cloth(q, cue.axis, n, upper, lower, room.scratch.workspace.polynomials)
-    if impact.contacts > SHAFT_CONTACT:
-        shaft, axes = room.properties[SHAFT_CONTACT], room.scratch.workspace.polynomials
+    if impact.shafts > 0:
+        shaft, axes = room.properties[impact.contacts], room.scratch.workspace.polynomials
         write_shaft(q, cue.axis, n, 1, 2, shaft, axes=axes)
     write_tip(q, cue.axis, cue.speed, tip)
     write_fixed(cloth, PLANE, 0.0, 0.0, 1.0)
@@ -159,6 +162,12 @@ def repeats(room: ImpactRoom) -> bool:
     """Whether tip or cloth meet the ball again."""
     results = room.results.contacts
     return max(results[TIP_CONTACT].closings, results[CLOTH_CONTACT].closings) > 1
+
+
+@inner
+def slides_off(cue: CueRecord, room: ImpactRoom) -> bool:
+    """Whether the tip still slid when it left the ball."""
+    return room.results.contacts[TIP_CONTACT].final_slip > MISCUE_SLIP * cue.speed
 
 
 @inner

@@ -154,7 +154,7 @@ def without_friction(mass, restitution):
         ball_table=dataclasses.replace(scene.contacts.ball_table, friction=0.0),
     )
     cue = dataclasses.replace(scene.cue, mass=mass)
-    return dataclasses.replace(scene, contacts=contacts, cue=cue)
+    return dataclasses.replace(scene, contacts=contacts, cue=cue, effects=Effects(shaft='off'))
 
 
 def jump(scene, degrees, speed):
@@ -186,7 +186,7 @@ def test_steeper_jump_shots_without_friction_rise_faster():
     scene = without_friction(0.54, 0.75)
     rises = [rise(jump(scene, degrees, 6.0)) for degrees in (35, 40, 45, 50)]
     assert (np.diff(rises) > 0.1).all()
-    off = dataclasses.replace(scene, effects=Effects(double_hit='off'))
+    off = dataclasses.replace(scene, effects=Effects(double_hit='off', shaft='off'))
     assert rise(jump(off, 50, 6.0)) < 0.5 * rises[-1]
 
 
