@@ -18,7 +18,12 @@ from billiard_shot.table.cue_impact import CLOTH_CONTACT, MAX_HITS, TIP_CONTACT
 from billiard_shot.table.effects import table_on
 
 POOL = {'like': 'pool_table'}
-GUIDED = {'like': 'pool_table', 'cue': {'mass': 0.5, 'guided': True}}
+CUES = {
+    'shaft': POOL,
+    'free end': {**POOL, 'effects': {'shaft': 'off'}},
+    'guided': {**POOL, 'cue': {'mass': 0.5, 'guided': True}},
+}
+KINDS = 'alone', 'ball', 'cushion', 'ball and cushion'
 ALONE = Scene.from_dict({'like': 'pool_table', 'balls': {'cue': [0.0, 0.0]}})
 R = ALONE.ball.radius
 FURNITURE = ALONE.table
@@ -100,12 +105,16 @@ def places(kind, rng):
     return {'cue': [TOUCHING - gap, 0.1], '1': [TOUCHING - gap, 0.1 + 2.0 * R + 1e-4]}
 
 
-@pytest.mark.parametrize('cue', [POOL, GUIDED], ids=['end mass', 'guided'])
-@pytest.mark.parametrize('kind', ['alone', 'ball', 'cushion', 'ball and cushion'])
+@pytest.mark.parametrize(
+    ('kind', 'cue'),
+    # Not of ball and cushion with a shaft: while that swings, the reference goes on with balls
+    # that have left the strike.
+    [(kind, cue) for kind in KINDS for cue in CUES if (kind, cue) != (KINDS[-1], 'shaft')],
+)
 def test_strikes_agree_with_an_integration_of_the_true_geometry(kind, cue):
     rng, errors = np.random.default_rng(11), []
     for _ in range(6):
-        scene = Scene.from_dict({**cue, 'balls': places(kind, rng)})
+        scene = Scene.from_dict({**CUES[cue], 'balls': places(kind, rng)})
         ahead = 1.0 if kind == 'ball and cushion' else 0.0
         found, wanted, hits, closings = both(scene, steep(rng, ahead + rng.uniform(-0.8, 0.8)))
         assert hits == closings
