@@ -27,6 +27,8 @@ compiler = [line for line in required if not line.startswith('#')]
 WHEEL = {
     'linux-x86_64': 'manylinux_2_17_x86_64.manylinux2014_x86_64.musllinux_1_1_x86_64',
     'linux-aarch64': 'manylinux_2_17_aarch64.manylinux2014_aarch64.musllinux_1_1_aarch64',
+    'darwin-arm64': 'macosx_11_0_arm64',
+    'windows-amd64': 'win_amd64',
 }.get(f'{platform.system()}-{platform.machine()}'.lower())
 COMPILES = bool(WHEEL and find_spec('numba') and find_spec('ziglang'))
 

@@ -12,7 +12,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         'targets',
         nargs='*',
         metavar='TARGET',
-        help='linux-x86_64, linux-aarch64 or wasm32; by default this machine',
+        help='linux-x86_64, linux-aarch64, wasm32, or, untested, darwin-arm64 or windows-amd64; '
+        'by default this machine',
     )
 
 

@@ -23,11 +23,20 @@ class Target(NamedTuple):
     cpu: str
     zig: str  # its name for zig
     headers: str  # folder of zig's, with the types of the system
-    link: tuple[str, ...]
+    options: tuple[str, ...]
+    own: str = ''  # C of what this system wants beside musl's functions
 
 
 _SHARED = '-shared', '-fPIC'
+_WASM = 'wasm-wasi-musl'  # the folder of headers whose types macOS and Windows share
 _STACK = 1 << 20  # bytes
+# LLVM joins sin and cos of the same angle into a call of the mathematics of macOS.
+_SINCOS = """
+struct both { double sin, cos; };
+void sincos(double, double *, double *);
+struct both __sincos_stret(double x) { struct both y; sincos(x, &y.sin, &y.cos); return y; }
+"""
+_MAIN = 'int _DllMainCRTStartup(void *library, unsigned why, void *more) { return 1; }'
 TARGETS = {
     'linux-x86_64': Target(
         '.so', 'x86_64-linux-gnu', 'x86-64', 'x86_64-linux-musl', 'x86_64-linux-musl', _SHARED
@@ -35,12 +44,30 @@ TARGETS = {
     'linux-aarch64': Target(
         '.so', 'aarch64-linux-gnu', 'generic', 'aarch64-linux-musl', 'aarch64-linux-musl', _SHARED
     ),
+    'darwin-arm64': Target(
+        '.dylib',
+        'arm64-apple-macosx11.0',
+        'apple-m1',
+        'aarch64-macos.11.0',
+        _WASM,
+        _SHARED,
+        _SINCOS,
+    ),
+    'windows-amd64': Target(
+        '.dll',
+        'x86_64-pc-windows-gnu',
+        'x86-64',
+        'x86_64-windows-gnu',
+        _WASM,
+        ('-shared', '-D__DEFINED_size_t'),
+        _MAIN,
+    ),
     'wasm32': Target(
         '.wasm',
         'wasm32-unknown-unknown',
         'generic',
         'wasm32-wasi-musl',
-        'wasm-wasi-musl',
+        _WASM,
         ('-Wl,--no-entry', '-Wl,--export=__heap_base', f'-Wl,-z,stack-size={_STACK}'),
     ),
 }
@@ -78,7 +105,7 @@ def compile_for(target: Target, code: bytes, entries: list[str]) -> bytes:
         cpu=target.cpu,
         opt=3,
         codemodel='default',
-        reloc='pic' if '-fPIC' in target.link else 'static',
+        reloc='pic' if '-fPIC' in target.options else 'static',
     )
     module = llvm.parse_bitcode(code)
     module.triple, module.data_layout = target.triple, str(machine.target_data)
@@ -86,12 +113,14 @@ def compile_for(target: Target, code: bytes, entries: list[str]) -> bytes:
     for each in (*module.functions, *module.global_variables):
         if not each.is_declaration and each.name not in entries:
             each.linkage = llvm.Linkage.internal
+        elif target.suffix == '.dll' and not each.is_declaration:
+            each.storage_class = llvm.StorageClass.dllexport
     module.verify()
     options = llvm.create_pipeline_tuning_options(speed_level=3)
     options.loop_vectorization = options.slp_vectorization = False
     passes = llvm.create_pass_builder(machine, options)
     passes.getModulePassManager().run(module, passes)
-    exports = [] if target.suffix == '.so' else [f'-Wl,--export={name}' for name in entries]
+    exports = [f'-Wl,--export={name}' for name in entries] if target.suffix == '.wasm' else []
     return _linked(target, machine.emit_object(module), exports)
 
 
@@ -102,12 +131,14 @@ def _linked(target: Target, made: bytes, exports: list[str]) -> bytes:
     sources = [_MUSL / 'src' / f'{name}.c' for name in _FUNCTIONS]
     with tempfile.TemporaryDirectory() as scratch:
         entries, library = Path(scratch, 'entries.o'), Path(scratch, f'library{target.suffix}')
+        own = Path(scratch, 'own.c')
         entries.write_bytes(made)
+        own.write_text(target.own)
         command: tuple[str | Path, ...] = (
             *(sys.executable, '-m', 'ziglang', 'cc', '-target', target.zig, *_OPTIONS),
             *(*(f'-I{each}' for each in headers), *(f'-isystem{each}' for each in systems)),
-            *(*target.link, *exports, '-o'),
-            *(library, entries, *sources),
+            *(*target.options, *exports, '-o'),
+            *(library, entries, own, *sources),
         )
         caches = {'ZIG_GLOBAL_CACHE_DIR': scratch, 'ZIG_LOCAL_CACHE_DIR': scratch}
         subprocess.run(command, env=os.environ | caches, cwd=scratch, check=True)

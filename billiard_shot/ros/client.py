@@ -11,10 +11,10 @@ from billiard_shot_msgs.msg import CueState, Plan, TableState, Target
 from billiard_shot_msgs.srv import Arm, PredictShot
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray
-import rclpy
 from rclpy.action import ActionClient
 from rclpy.client import Client
 from rclpy.duration import Duration
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.task import Future
@@ -90,6 +90,7 @@ class RobotClient(Node):
     ) -> None:
         super().__init__(name, namespace=namespace)
         self._timeout = timeout
+        self._executor = SingleThreadedExecutor()
         self.states: list[CueState] = []
         self.table: TableState | None = None
         self.safety_inputs_on = True
@@ -149,13 +150,21 @@ class RobotClient(Node):
     def until(self, condition: Callable[[], object], seconds: float) -> bool:
         """Spin until a condition holds; return False if it does not within `seconds`."""
         deadline = monotonic() + seconds
+        # `rclpy.spin_once(self)` would add and remove the node each time, which ends the next wait
+        # at once: while a goal awaits its result, that is a busy loop.
+        self._executor.add_node(self)
         while not condition():
             if self.is_canceled and not self._goes_on:
                 raise CanceledError('canceled')
             if monotonic() > deadline:
                 return False
-            rclpy.spin_once(self, timeout_sec=LOOK_PERIOD)
+            self._executor.spin_once(timeout_sec=LOOK_PERIOD)
         return True
+
+    def destroy_node(self) -> None:
+        """Destroy the node, and what its last wait holds."""
+        self._executor.shutdown()
+        super().destroy_node()
 
     @contextmanager
     def to_the_end(self) -> Iterator[None]:

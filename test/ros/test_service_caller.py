@@ -137,3 +137,22 @@ def test_a_wait_tells_a_node_that_is_missing_from_one_that_is_starting(node):
         client.wait_for_planner()
     client.destroy_node()
     planner.destroy_node()
+
+
+def test_a_waiting_callback_does_not_keep_a_client_busy(node):
+    """As the callback of the goal of a turn, which waits for the result of the turn."""
+    client, ended, looks = RobotClient('waits'), rclpy.Future(), []
+
+    async def execute():
+        await ended
+
+    client.until(client.get_name, 0.0)
+    task = client.executor.create_task(execute)
+    try:
+        client.until(lambda: looks.append(task.done()), 0.5)
+        assert not any(looks)
+        assert len(looks) < 100, 'a look each 50 ms'
+    finally:
+        ended.set_result(None)
+        client.until(task.done, PATIENCE)
+        client.destroy_node()
