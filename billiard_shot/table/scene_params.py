@@ -20,6 +20,7 @@ def ball_cloth_params(scene: Scene) -> BallClothParams:
         gravity=float(cloth.gravity),
         sliding_friction=float(cloth.sliding_friction),
         rolling_resistance=float(cloth.rolling_resistance),
+        rolling_rise=float(cloth.rolling_rise),
         spin_deceleration=float(cloth.spin_deceleration),
         cloth_restitution=float(table.restitution),
         cloth_friction=float(table.friction),

@@ -31,7 +31,7 @@ def test_shortest_form_and_its_defaults(tmp_path):
     assert scene.law == 'bistiffness'
     assert scene.exponent == 1.0
     assert scene.ball.inertia == pytest.approx(0.4 * 0.1673 * 0.0286**2, rel=1e-15)
-    assert scene.cloth == Cloth(0.152479, 0.01, 10.0, 9.80665)
+    assert scene.cloth == Cloth(0.152479, 0.01, 0.0, 10.0, 9.80665)
     assert scene.effects == Effects()
     assert scene.cue_ball == (0.0, 0.0, 0.0286)
 

@@ -14,6 +14,7 @@ POOL = BallClothParams(
     gravity=9.8,
     sliding_friction=0.2,
     rolling_resistance=0.01,
+    rolling_rise=0.0,
     spin_deceleration=10.0,
     cloth_restitution=0.5,
     cloth_friction=0.2,
