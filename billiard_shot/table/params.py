@@ -20,7 +20,6 @@ class BallClothParams(NamedTuple):
     spin_deceleration: float  # of the spin about the vertical, rad/s^2
     cloth_restitution: float  # of a bounce
     cloth_friction: float  # coefficient in a bounce
-    cloth_stiffness: float  # of its virtual spring, under a ball that a strike presses to a nose
     law: int  # of restitution in clusters, see billiard_shot.impact.laws
     exponent: float  # of the virtual springs
     flight_gate: int  # GATE_AUTO, GATE_ON or GATE_OFF

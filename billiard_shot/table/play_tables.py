@@ -254,7 +254,7 @@ def play_table(
 
 def _example(storage: Storage) -> tuple[Any, ...]:
     """One ball on the cloth."""
-    params = BallClothParams(*(1.0,) * 11, 0, 1.0, GATE_AUTO, GATE_AUTO)
+    params = BallClothParams(*(1.0,) * 10, 0, 1.0, GATE_AUTO, GATE_AUTO)
     starts = ball_starts(1, 1)
     starts['position'] = 0.0, 0.0, 1.0
     return (

@@ -24,7 +24,6 @@ def ball_cloth_params(scene: Scene) -> BallClothParams:
         spin_deceleration=float(cloth.spin_deceleration),
         cloth_restitution=float(table.restitution),
         cloth_friction=float(table.friction),
-        cloth_stiffness=float(table.stiffness),
         law=LAWS[scene.law],
         exponent=float(scene.exponent),
         flight_gate=GATE_AUTO,
