@@ -48,8 +48,8 @@ from billiard_shot.table.motion import BALL, REST
 from billiard_shot.table.params import BallClothParams
 from billiard_shot.table.simulation_state import energy_of, log_event, Simulation
 
-# Slip that makes a miscue until the tip presses the ball most, and in all, relative to the way of a
-# cue in a central hit. At 2 m/s and 1.3 ms these are 0.2 and 1 mm. Grip fades with the pressure:
+# Slip that makes a miscue until the tip presses the ball most, and in all, relative to the way of
+# a cue in a central hit. At 2 m/s and 1.3 ms these are 0.2 and 1 mm. Grip fades with the pressure:
 # the tip slips as it leaves a ball that the cloth still pushes, and nobody calls that a miscue.
 MISCUE_TO_PEAK, MISCUE_IN_ALL = 0.077, 0.38
 # Tip, cloth and ball 0 alone, whose contacts keep their normals.
