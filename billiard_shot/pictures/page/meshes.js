@@ -67,6 +67,8 @@ function tableMesh(table) {
   mesh.flat([[-bx, -by], [bx, -by], [bx, by], [-bx, by]], 0, COLOURS.cloth, CLOTH);
   for (const cushion of table.cushions) cushionMesh(mesh, cushion, top);
   frameMesh(mesh, table, top);
+  const [fx, fy] = table.frame;
+  mesh.flat([[-fx, -fy], [fx, -fy], [fx, fy], [-fx, fy]], -DROP, COLOURS.pocket); // nothing shines through
   for (const [x, y, radius] of table.holes) pocketMesh(mesh, x, y, radius, bx, by, top);
   sightsMesh(mesh, table, top);
   return mesh.numbers;
@@ -188,40 +190,24 @@ function sphereMesh(around, down) {
   return numbers;
 }
 
-// Lines as ribbons that face the camera: 9 numbers a corner: this end, the other end, the side of
-// the line, how far along [m], the pattern.
-const PATTERNS = { roll: 0, slide: 1, flight: 2 };
+// Lines as points: place, how far along [m], and the pattern of the line that ends there; -1: a line
+// begins there.
+const PATTERNS = { ROLL: 0, SLIDE: 1, FLIGHT: 2 };
+const POINT = 5; // numbers of a point
 
-function lineMesh(lines) {
-  const numbers = [];
-  for (const { points, motion, lift } of lines) {
+function pointsOfLines(lines, lift) {
+  const numbers = new Float32Array(POINT * lines.reduce((sum, { points }) => sum + points.length / 3, 0));
+  let at = 0;
+  for (const { points, motion } of lines) {
     let along = 0;
-    for (let i = 0; i + 5 < points.length; i += 3) {
-      const a = [points[i], points[i + 1], points[i + 2] + lift];
-      const b = [points[i + 3], points[i + 4], points[i + 5] + lift];
-      const step = Math.hypot(...add(b, a, -1));
-      if (step === 0) continue;
-      const corner = (from, to, side, distance) =>
-        numbers.push(...from, ...to, side, distance, PATTERNS[motion]);
-      const [begin, end] = [along, along + step];
-      corner(a, b, 1, begin);
-      corner(a, b, -1, begin);
-      corner(b, a, -1, end);
-      corner(b, a, -1, end);
-      corner(a, b, -1, begin);
-      corner(b, a, 1, end);
-      along = end;
+    for (let i = 0; i < points.length; i += 3) {
+      if (i) along += Math.hypot(points[i] - points[i - 3], points[i + 1] - points[i - 2], points[i + 2] - points[i - 1]);
+      numbers[at++] = points[i];
+      numbers[at++] = points[i + 1];
+      numbers[at++] = points[i + 2] + lift;
+      numbers[at++] = along;
+      numbers[at++] = i ? PATTERNS[motion] : -1;
     }
   }
   return numbers;
-}
-
-// A circle on the cloth as a line.
-function circlePoints([x, y], radius) {
-  const points = [];
-  for (let i = 0; i <= 48; i++) {
-    const angle = 2 * Math.PI * i / 48;
-    points.push(x + radius * Math.cos(angle), y + radius * Math.sin(angle), 0);
-  }
-  return points;
 }
