@@ -28,6 +28,7 @@ from billiard_shot.table.cluster import (
     takes_part,
 )
 from billiard_shot.table.cue import (
+    chatters,
     CueParams,
     CueRecord,
     follow_through_time,
@@ -56,10 +57,10 @@ from billiard_shot.table.motion import BALL, REST
 from billiard_shot.table.params import BallClothParams
 from billiard_shot.table.simulation_state import energy_of, log_event, Simulation
 
-# Slip at the end, relative to the cue's speed, that makes a miscue. Grip fades with the tip's
-# pressure: while the cloth still pushes the ball, every tip slips in the last instant, in scene
-# `pool` by up to 0.02 of the cue's speed. Genuine miscues end with more than 0.06.
-MISCUE_SLIP = 0.03
+# Slip that makes a miscue until the tip presses the ball most, and in all, relative to the way of
+# a cue in a central hit. At 2 m/s and 1.3 ms these are 0.2 and 1 mm. Grip fades with the pressure:
+# the tip slips as it leaves a ball that the cloth still pushes, and nobody calls that a miscue.
+MISCUE_TO_PEAK, MISCUE_IN_ALL = 0.077, 0.38
 
 
 @inner
@@ -75,8 +76,7 @@ def strike(
 
     If others are near or the stroke is steep, bodies move at first. If it is not steep, and the
     ball reaches no others, normals stay. If tip or cloth then meet the ball again, bodies move
-    after all; so they do if the tip of a shaft slides off the ball, because it often meets it
-    again.
+    after all; so they do in a miscue with a shaft, whose tip often meets the ball again.
     """
     q, cue = table.cue, cues[number]
     near = cue.others
@@ -90,7 +90,7 @@ def strike(
     if not steep and not (moving and reaches_others(impact, room)):
         impact = steady_impact(q)
         solve_steady(table, cue, impact, room)
-        again = repeats(room) or (impact.shafts > 0 and slides_off(cue, room))
+        again = repeats(room) or (impact.shafts > 0 and miscues(q, cue, room))
         moving = q.follow_through > 0.0 and q.moves and again
         if moving:
             impact = solve_near(table, s, cues, number, room, tolerance)
@@ -165,9 +165,10 @@ def repeats(room: ImpactRoom) -> bool:
 
 
 @inner
-def slides_off(cue: CueRecord, room: ImpactRoom) -> bool:
-    """Whether the tip still slid when it left the ball."""
-    return room.results.contacts[TIP_CONTACT].final_slip > MISCUE_SLIP * cue.speed
+def miscues(q: CueParams, cue: CueRecord, room: ImpactRoom) -> bool:
+    """Whether the tip slid too far in its first hit; the cue has the speed of the stroke."""
+    tip, way = room.results.contacts[TIP_CONTACT], cue.speed * q.tip_duration
+    return tip.slid_to_peak > MISCUE_TO_PEAK * way or tip.slid > MISCUE_IN_ALL * way
 
 
 @inner
@@ -246,14 +247,16 @@ def note_strike(
     """
     Write the outcome of a strike into the record of its cue, whose speed is that of the stroke.
 
-    If bodies moved, the slip that makes a miscue is that of the first hit.
+    The slip that makes a miscue is that of the first hit.
     """
     outcome, contacts = room.results.outcomes[0], room.results.contacts
     tip, cloth = contacts[TIP_CONTACT], contacts[CLOTH_CONTACT]
-    slip = tip.first_slip if moving else tip.final_slip
-    cue.status, cue.miscue = outcome.status, slip > MISCUE_SLIP * cue.speed
+    cue.status, cue.miscue = outcome.status, miscues(q, cue, room)
+    cue.tip_time, cue.cloth_time = tip.touched, cloth.touched
     cue.phases, cue.steps, cue.contacts = outcome.phases, outcome.steps, impact.contacts
     cue.hits = max(tip.closings, 1) if moving else 1
+    cue.chatter = cue.hits > 1 and not cue.others and chatters(tip.began, -cloth.length)
+    cue.double_hit = 0.0 if cue.hits > 1 and not cue.chatter else inf
     cue.discontinuity_margin = min(tip.discontinuity_margin, cloth.discontinuity_margin)
     cue.impulses[0], cue.impulses[1], cue.impulses[2] = tip.impulse, tip.impulse_1, tip.impulse_2
     cue.impulses[3], cue.impulses[4] = cloth.impulse, cloth.impulse_1

@@ -172,7 +172,7 @@ def test_the_home_page_shows_the_shot_of_its_command(tmp_path, monkeypatch):
     assert main(command.split()) == 0
     page = (tmp_path / 'shot.html').read_text()
     data = json.loads(re.search(r'<script id="data"[^>]*>(.*?)</script>', page)[1])
-    assert data['balls'] == json.loads(json.dumps(view_data(jump(), '')['balls']))
+    assert data['start'] == json.loads(json.dumps(view_data(jump(), '')['start']))
 
 
 @pytest.mark.parametrize('shot', [masse(), english()])
