@@ -115,9 +115,9 @@ class Browser:
             self.requests.append(parameters['request']['url'])
 
     def open(self, path):
-        """Open a file and wait until it is loaded."""
+        """Open a file or an address and wait until it is loaded."""
         self.requests = []
-        self.call('Page.navigate', url=Path(path).as_uri())
+        self.call('Page.navigate', url=path if isinstance(path, str) else path.as_uri())
         self.wait_for('document.readyState === "complete"')
 
     def run(self, script):
