@@ -79,7 +79,8 @@ def _falls(
     along = np.stack([np.cos(heading), np.sin(heading)], axis=1)
     left = np.stack([-along[:, 1], along[:, 0]], axis=1)
     begin = np.array([hole.hole_x, hole.hole_y]) - WAY * along + offsets[:, np.newaxis] * left
-    slowing = 2.0 * params.rolling_resistance * params.gravity * WAY
+    resistance = params.rolling_resistance + params.rolling_rise * grid[:, 1]
+    slowing = 2.0 * resistance * params.gravity * WAY
     velocity = np.sqrt(grid[:, 1] ** 2 + slowing)[:, np.newaxis] * along
     half = np.array([numbers.centre_half_length, numbers.centre_half_width])
     starts = ball_starts(len(grid), 1)

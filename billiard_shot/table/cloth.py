@@ -11,6 +11,14 @@ import math
 from billiard_shot.compiled import inner, innermost
 from billiard_shot.table.motion import BallRecord, REST, ROLL, SLIDE, SPIN, stop_ball
 from billiard_shot.table.params import BallClothParams
+from billiard_shot.table.rolling import (
+    mean_deceleration,
+    resistance_rises,
+    rests_as_planned,
+    roll_on,
+)
+
+ROUNDS = 4  # until speed and mean resistance agree
 
 
 @innermost
@@ -55,7 +63,7 @@ def set_rolling_spin(params: BallClothParams, ball: BallRecord) -> None:
 @inner
 def start_cloth_motion(params: BallClothParams, ball: BallRecord) -> None:
     """Find what a ball on the cloth does from now on, its accelerations, and when that ends."""
-    lasting = math.inf
+    lasting, until, planned = math.inf, math.inf, True
     slip, x, y = slip_of(ball, params.radius)
     if params.sliding_friction == math.inf and slip > 0.0:
         lost = slip / rolling_share(params)
@@ -77,11 +85,14 @@ def start_cloth_motion(params: BallClothParams, ball: BallRecord) -> None:
     elif speed > 0.0:
         ball.motion = ROLL
         deceleration = params.rolling_resistance * params.gravity
+        if resistance_rises(params):
+            planned = ball.time < ball.roll_until
+            deceleration, until = roll_on(params, ball, speed)
         ball.acceleration[0] = -deceleration * ball.velocity[0] / speed
         ball.acceleration[1] = -deceleration * ball.velocity[1] / speed
         ball.spin_acceleration[0] = -ball.acceleration[1] / params.radius
         ball.spin_acceleration[1] = ball.acceleration[0] / params.radius
-        lasting = time_to_stop(speed, deceleration)
+        lasting = min(time_to_stop(speed, deceleration), until - ball.time)
     elif spin != 0.0:
         ball.motion = SPIN
     else:
@@ -92,22 +103,31 @@ def start_cloth_motion(params: BallClothParams, ball: BallRecord) -> None:
             -params.spin_deceleration if spin > 0.0 else params.spin_deceleration
         )
         left = abs(spin) / params.spin_deceleration
-        if left < lasting:
+        if left < lasting and planned:
             ball.spin_ends = True
             lasting = left
     ball.end = ball.time + lasting
+    if until < math.inf and not ball.spin_ends:
+        ball.end = until  # without rounding
 
 
 @inner
-def snap_to_segment_end(params: BallClothParams, ball: BallRecord) -> None:
-    """Make exact what a segment on the cloth ends in: no slip, no speed, or no spin."""
+def snap_to_segment_end(params: BallClothParams, ball: BallRecord) -> bool:
+    """
+    Make exact what a segment on the cloth ends in: no slip, no speed, or no spin.
+
+    Return whether it ends in nothing of these: the ball rolls on with another deceleration.
+    """
     if ball.spin_ends:
         ball.spin[2] = 0.0
-        return
-    if ball.motion == ROLL:
+        return False
+    rolls = ball.motion == ROLL
+    rolls_on = rolls and resistance_rises(params) and not rests_as_planned(ball)
+    if rolls and not rolls_on:
         ball.velocity[0] = 0.0
         ball.velocity[1] = 0.0
     set_rolling_spin(params, ball)
+    return rolls_on
 
 
 @inner
@@ -115,15 +135,18 @@ def speed_to_arrive(params: BallClothParams, way: float, arrival: float) -> floa
     """Speed [m/s] with which a ball without spin has to begin to arrive at a speed after a way."""
     share = 1.0 / rolling_share(params)
     slide = params.sliding_friction * params.gravity
-    roll = params.rolling_resistance * params.gravity
     if slide == 0.0:
         return arrival
     # it slides over share (1 - share / 2) v^2 / slide, and rolls off at (1 - share) v
     left, sliding = 1.0 - share, share * (1.0 - 0.5 * share) / slide
-    square = (arrival * arrival + 2.0 * roll * way) / (left * left + 2.0 * roll * sliding)
-    if sliding * square > way:
-        square = arrival * arrival + 2.0 * slide * way
-    return math.sqrt(square)
+    speed = arrival
+    for _ in range(ROUNDS if resistance_rises(params) else 1):
+        roll = mean_deceleration(params, max(left * speed, arrival), arrival)
+        square = (arrival * arrival + 2.0 * roll * way) / (left * left + 2.0 * roll * sliding)
+        if sliding * square > way:
+            square = arrival * arrival + 2.0 * slide * way
+        speed = math.sqrt(square)
+    return speed
 
 
 @inner

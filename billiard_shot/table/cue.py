@@ -7,8 +7,6 @@ from billiard_shot.compiled import inner
 from billiard_shot.records import record, Vector3
 
 THE_CUE = -3  # in place of the index of a ball; see also NOTHING and IMPACT
-# Of tip and ball, at DURATION_SPEED [s]: high-speed films, Alciatore (billiards.colostate.edu).
-TIP_DURATION = 1.3e-3
 LONGEST_FOLLOW_THROUGH = 1.0  # s: nobody follows through for longer, however slowly
 
 
@@ -31,6 +29,7 @@ class CueParams(NamedTuple):
     ball_stiffness: float  # of two balls
     nose_stiffness: float  # of a cushion
     neighbour_reach: float  # m: balls and cushions at so small distances take part
+    tip_duration: float  # s, of a central hit
     interval: float  # s, after which pressed contacts take their normals anew
     on_cloth: bool  # whether the cloth under ball 0 takes part
     moves: bool  # whether bodies move during the impact
@@ -42,7 +41,7 @@ class CueParams(NamedTuple):
 
 
 NO_CUE = CueParams(
-    *(0.0,) * 3, 0.0, 1.0, 1.0, 0.0, 1.0, 1.0, 1.0, 1.0, 0.0, inf, True, False, 0.0, inf
+    *(0.0,) * 3, 0.0, 1.0, 1.0, 0.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0, inf, True, False, 0.0, inf
 )
 
 

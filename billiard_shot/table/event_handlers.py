@@ -40,11 +40,14 @@ from billiard_shot.table.motion import (
     POCKETED,
     RELEASE,
     REST,
+    ROLL,
+    ROLL_ON,
     START,
     stop_ball,
     WENT_OFF,
 )
 from billiard_shot.table.params import BallClothParams, GATE_AUTO, GATE_OFF
+from billiard_shot.table.rolling import NO_PLAN, plan_roll, resistance_rises
 from billiard_shot.table.rolling_boundary import ARCS, FACINGS, HOLES, OUTSIDE
 from billiard_shot.table.segments import end_segment, start_segment
 from billiard_shot.table.simulation_state import (
@@ -93,6 +96,19 @@ def apply_cloth_response(params: BallClothParams, ball: BallRecord, tolerance: f
 
 
 @inner
+def begin_motion(table: TableModel, s: Simulation, ball: BallRecord, tolerance: float) -> float:
+    """Begin a ball's next segment, and find when it meets the table. Return the error made [m]."""
+    params = table.params
+    error = start_segment(params, ball, tolerance)
+    predict_boundary_event(table, s, ball)
+    if resistance_rises(params) and ball.motion == ROLL and ball.time >= ball.roll_until:
+        plan_roll(params, ball, table.roll_tolerance)
+        start_segment(params, ball, tolerance)
+        predict_boundary_event(table, s, ball)
+    return error
+
+
+@inner
 def go_on(table: TableModel, s: Simulation, ball: BallRecord, cause: int) -> None:
     """
     Begin a ball's next segment on the cloth or in the air, and find when it meets the table.
@@ -101,10 +117,11 @@ def go_on(table: TableModel, s: Simulation, ball: BallRecord, cause: int) -> Non
     otherwise than one that lies: so if it is reached meanwhile, the hop is simulated.
     """
     params, n, up = table.params, table.numbers, 0.0
-    if cause != OWN and (cause != START or ball.velocity[2] < 0.0):
+    if cause not in (OWN, ROLL_ON) and (cause != START or ball.velocity[2] < 0.0):
         up = apply_cloth_response(params, ball, n.hop_tolerance)
-    error = start_segment(params, ball, table.tolerance)
-    predict_boundary_event(table, s, ball)
+    if resistance_rises(params) and (cause not in (OWN, ROLL_ON) or ball.motion != ROLL):
+        ball.roll_until = NO_PLAN
+    error = begin_motion(table, s, ball, table.tolerance)
     share = 1.0 - params.cloth_restitution
     if up == 0.0:
         up = ball.landing_speed * share  # of bounces in one
@@ -114,8 +131,7 @@ def go_on(table: TableModel, s: Simulation, ball: BallRecord, cause: int) -> Non
         if up < 0.0:
             bounce(params, ball)
             ball.bounces = 0
-        error = start_segment(params, ball, HOP_AT_CUSHION * table.tolerance)
-        predict_boundary_event(table, s, ball)
+        error = begin_motion(table, s, ball, HOP_AT_CUSHION * table.tolerance)
     if ball.first_contact == NOTHING:
         ball.left_out += error
 
@@ -185,12 +201,14 @@ def handle_segment_end(table: TableModel, s: Simulation, ball: BallRecord) -> No
         cause = WENT_OFF
     else:
         end_segment(table.params, ball)
+        cause = ball.cause
     after = energy_of(table.params, ball)
     if after == 0.0 and cause == OWN:
         come_to_rest(table, s, ball)
     else:
         start_next_segment(table, s, ball, cause)
-    log_event(s, ball.time, cause, ball, NOTHING, before, after=after, motion=motion)
+    if cause != ROLL_ON:
+        log_event(s, ball.time, cause, ball, NOTHING, before, after=after, motion=motion)
 
 
 @inner

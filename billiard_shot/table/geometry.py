@@ -104,6 +104,7 @@ class TableModel(NamedTuple):
     rebounds: Floats  # see rebound_table.py; empty: all rebounds are solved
     cue: CueParams
     tolerance: float = 1.0  # m, for leaving out bounces of a ball that flies
+    roll_tolerance: float = 1.0  # m, for dividing rolls, see rolling.py
 
 
 class PackedTable(NamedTuple):

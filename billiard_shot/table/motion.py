@@ -26,7 +26,7 @@ class Motion(IntEnum):
 
 
 class Cause(IntEnum):
-    """What began a segment. Names of members are values of `EventKind`, but for three."""
+    """What began a segment. Names of members are values of `EventKind`, but for four."""
 
     START = 0
     OWN = 1  # the segment before it was over: the ball stopped slipping, landed ...
@@ -37,10 +37,11 @@ class Cause(IntEnum):
     OFF = 6
     RELEASE = 7  # a contact that took time is over: with a cushion, or with several balls
     CUE = 8  # the cue, which follows its stroke, hits the ball again
+    ROLL_ON = 9  # no event: a rolling ball goes on with another deceleration, see rolling.py
 
 
 REST, SLIDE, ROLL, SPIN, FLIGHT, POCKETED, LEFT_TABLE, ABSENT = map(int, Motion)
-START, OWN, BALL, CUSHION, CLUSTER, POCKET, WENT_OFF, RELEASE, CUE = map(int, Cause)
+START, OWN, BALL, CUSHION, CLUSTER, POCKET, WENT_OFF, RELEASE, CUE, ROLL_ON = map(int, Cause)
 
 NOTHING = -1  # index of a ball, pocket or feature that does not exist
 # In place of the nose that a ball presses: it takes part in an impact of several balls.
@@ -77,6 +78,11 @@ class BallRecord:
     ball: int
     end: float  # s, when the segment ends
     spin_ends: bool  # the segment ends because the spin about the vertical is used up
+    # Of a roll in two halves, see rolling.py: decelerations [m/s^2], and when they end [s].
+    roll_first: float
+    roll_turn: float
+    roll_then: float
+    roll_until: float  # inf: with the ball at rest
     landing_speed: float  # m/s, with which it comes down after lumped bounces (flight.py), or 0
     bounces: int  # since the last impact with anything but the cloth
     boundary_time: float  # s, when the ball meets something of the table, or inf
@@ -114,6 +120,12 @@ def start_ball(ball: BallRecord, position: Vector, velocity: Vector, spin: Vecto
     ball.meeting_time, ball.meets = math.inf, NOTHING
     ball.last_edge, ball.met_time, ball.met_after = -math.inf, math.inf, 0
     ball.spin_ends, ball.modified = False, False
+    ball.roll_first, ball.roll_then, ball.roll_turn, ball.roll_until = (
+        0.0,
+        0.0,
+        -math.inf,
+        math.inf,
+    )
     ball.nose, ball.impact = NOTHING, NOTHING
 
 

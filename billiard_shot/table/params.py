@@ -16,10 +16,10 @@ class BallClothParams(NamedTuple):
     gravity: float  # m/s^2
     sliding_friction: float  # coefficient while the ball slides; inf: it rolls at once
     rolling_resistance: float  # deceleration of a rolling ball, relative to gravity
+    rolling_rise: float  # s/m, of that with speed, see rolling.py
     spin_deceleration: float  # of the spin about the vertical, rad/s^2
     cloth_restitution: float  # of a bounce
     cloth_friction: float  # coefficient in a bounce
-    cloth_stiffness: float  # of its virtual spring, under a ball that a strike presses to a nose
     law: int  # of restitution in clusters, see billiard_shot.impact.laws
     exponent: float  # of the virtual springs
     flight_gate: int  # GATE_AUTO, GATE_ON or GATE_OFF

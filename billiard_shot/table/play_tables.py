@@ -43,6 +43,7 @@ from billiard_shot.table.stroke_accuracy import (
     HOPS,
     HOPS_BEFORE_CUSHIONS,
     LEFT,
+    ROLLS,
 )
 
 
@@ -167,7 +168,14 @@ def run_table(
         hops = HOPS_BEFORE_CUSHIONS if strokes.checked and not n.endless else HOPS
     bounces = hops * tolerance
     table = TableModel(
-        layout.params, n, layout.jaws, layout.pockets, layout.rebounds, layout.cue, bounces
+        layout.params,
+        n,
+        layout.jaws,
+        layout.pockets,
+        layout.rebounds,
+        layout.cue,
+        bounces,
+        tolerance,
     )
     first = number * count % len(tables.starts)
     valid = begin_table(table, s, tables.starts, first)
@@ -187,11 +195,15 @@ def run_table(
 
 
 @inner
-def estimated_error(endless: bool, cue: CueRecord, ball: BallOutcome, tolerance: float) -> float:
+def estimated_error(
+    layout: PackedTable, cue: CueRecord, ball: BallOutcome, tolerance: float
+) -> float:
     """Estimate the error of the trajectory of a ball after a stroke [m]."""
     error = cue.drift * ball.time
-    if endless:
+    if layout.numbers[0].endless:
         error += ball.left_out
+        if layout.params.rolling_rise > 0.0:
+            error += ROLLS * tolerance
     elif error > 0.0:
         error += CUSHION_SHARE * tolerance
     return error
@@ -221,7 +233,7 @@ def play_table(
         cue, ball = tables.cues[number], tables.balls[number * len(s.balls)]
         status = cue.status
         if strokes.checked:
-            end.error = estimated_error(layout.numbers[0].endless, cue, ball, tolerance)
+            end.error = estimated_error(layout, cue, ball, tolerance)
             if end.jaws_met > 0:
                 x, y, z = ball.position[0], ball.position[1], ball.position[2]
                 s.progress.segments = segments

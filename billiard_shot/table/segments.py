@@ -3,7 +3,7 @@
 from billiard_shot.compiled import inner
 from billiard_shot.table.cloth import snap_to_segment_end, start_cloth_motion
 from billiard_shot.table.flight import bounce, take_off
-from billiard_shot.table.motion import advance_ball, BallRecord, FLIGHT, OWN
+from billiard_shot.table.motion import advance_ball, BallRecord, FLIGHT, OWN, ROLL_ON
 from billiard_shot.table.params import BallClothParams
 
 
@@ -31,6 +31,6 @@ def end_segment(params: BallClothParams, ball: BallRecord) -> None:
     advance_ball(ball, ball.end)
     if ball.motion == FLIGHT:
         bounce(params, ball)
+        ball.cause = OWN
     else:
-        snap_to_segment_end(params, ball)
-    ball.cause = OWN
+        ball.cause = ROLL_ON if snap_to_segment_end(params, ball) else OWN

@@ -27,13 +27,7 @@ from billiard_shot.table.cluster import (
     solve_bodies,
     takes_part,
 )
-from billiard_shot.table.cue import (
-    CueParams,
-    CueRecord,
-    follow_through_time,
-    THE_CUE,
-    TIP_DURATION,
-)
+from billiard_shot.table.cue import CueParams, CueRecord, follow_through_time, THE_CUE
 from billiard_shot.table.cue_impact import (
     CLOTH_CONTACT,
     set_tip_and_cloth,
@@ -80,7 +74,7 @@ def strike(
     q, cue = table.cue, cues[number]
     near = cue.others
     # The tip of a faster cue goes through a good part of the ball, where it has no normal.
-    slow = cue.speed * TIP_DURATION < table.params.radius
+    slow = cue.speed * q.tip_duration < table.params.radius
     tolerance = CUE_IMPACT_TOLERANCE if near else min(cue.tolerance, CUE_IMPACT_TOLERANCE)
     steep = slow and -cue.axis[2] >= q.normals_move_from
     impact, moving = STEADY, near or steep

@@ -17,6 +17,7 @@ from billiard_shot.table.params import BallClothParams
 AMPLIFICATION = 4.0
 HOPS = 0.25  # share of the tolerance for hops that are left out
 HOPS_BEFORE_CUSHIONS = 0.1 * HOPS  # cushions magnify the error of a hop ten times
+ROLLS = 0.25  # and for rolls whose resistance rises with speed, see rolling.py
 CUSHION_SHARE = 0.5  # of the tolerance is set aside for cushions, which magnify errors
 # A stroke that is played again gets a share FINER of the tolerance. Its error is far below that
 # share, so jaws may magnify it more than a hundred times. The error that is left is at most a

@@ -197,7 +197,7 @@ def _rounded(vector: ArrayLike) -> str:
 
 def kinds_of(before: Motion, after: Motion, cause: Cause) -> Iterator[EventKind]:
     """Tell what happened between two segments."""
-    if cause not in (Cause.OWN, Cause.RELEASE):
+    if cause not in (Cause.OWN, Cause.RELEASE, Cause.ROLL_ON):
         yield EventKind(cause.name.lower())
         return
     if after == before:

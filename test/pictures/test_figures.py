@@ -160,7 +160,7 @@ def test_titles_of_figures_state_what_the_shots_do():
     assert f'{masse().stroke.speed:.1f}' == '16.5'
     tip = [0 in phase.active for phase in masse().impact.phases]
     assert sum(now and not before for before, now in pairwise([False, *tip])) == 3
-    assert f'{math.degrees(jump().stroke.offsets[2]):.0f}' == '32'
+    assert f'{math.degrees(jump().stroke.offsets[2]):.0f}' == '40'
     assert around().stroke.offsets[2] == pytest.approx(math.radians(56))
 
 

@@ -114,7 +114,7 @@ def test_the_slider_moves_balls_to_where_the_trajectory_says(page):
         "(value) => {{ const s = document.getElementById('slider'); s.value = value;"
         "s.dispatchEvent(new Event('input')); }}"
     )
-    for time in (-0.05, 0.0, 0.013, 0.2118, 0.3, 0.9, 1.9, 4.3):
+    for time in (-0.05, 0.0, 0.013, 0.2118, 0.3, 0.9, 1.9, 3.7):
         page.run(f'({slide.format()})({time})')
         shown = page.run("['cue', '1', '8'].map((name) => view.ball(name))")
         at = page.run('view.time')

@@ -12,6 +12,7 @@ from billiard_shot import predict, predict_batch, Scene, Status, Stroke
 from billiard_shot.scene import Effects
 from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.strike_model import cue_params, NORMALS_MOVE_FROM
+from billiard_shot.table.contact_duration import stiffness_of
 from billiard_shot.table.cue_impact import CLOTH_CONTACT, MAX_HITS, TIP_CONTACT
 from billiard_shot.table.effects import table_on
 
@@ -182,8 +183,10 @@ def test_no_ratio_of_masses_or_stiffnesses_makes_energy(seed):
         inverse_end_mass=1.0 / (ball.mass * end) if seed % 2 else 0.0,
         friction=tuple(rng.uniform(0.0, 1.0, 2).tolist()),
         restitution=tuple(rng.uniform(0.05, 1.0, 2).tolist()),
-        stiffness=(stiffness, 1.0),
     )
+    hit = 2.0 / (1.0 / model.cue_mass + 1.0 / ball.mass)
+    tip = stiffness_of(hit, model.tip_duration, model.exponent)
+    model = model._replace(stiffness=(tip, tip / stiffness))
     axes, normals = directions(rng, 40)
     place, speed = np.array([[0.0, 0.0, ball.radius]]), 10.0 ** rng.uniform(-1.0, 1.0, 40)
     run = strike(model, place, axes, normals, speed)

@@ -166,7 +166,7 @@ def test_a_miscue_does_not_hide_how_the_run_ends():
 
 
 def test_a_number_keeps_its_unit():
-    stroke = Stroke.from_offsets(-0.43, -0.17, elevation_deg=56, azimuth_deg=-35.1, speed=2.02)
+    stroke = Stroke.from_offsets(-0.36, -0.11, elevation_deg=56, azimuth_deg=-30.4, speed=1.94)
     assert '2.02 m/s' in [line.strip() for line in str(predict('pool', stroke)).splitlines()]
 
 

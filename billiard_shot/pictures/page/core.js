@@ -51,9 +51,9 @@ function sceneWith(effects, parameters) {
 function raised(balls, stroke, level) {
   const table = tableFor(state);
   let elevation = level;
-  while (IN_THE_WAY.includes(table.refusal(balls, { ...stroke, elevation }))) {
-    elevation = (Math.floor(elevation / RAISE) + 1) * RAISE;
-    if (elevation > STEEPEST) return { ...stroke, elevation: level };
+  for (let step = Math.floor(level / RAISE) + 1; elevation <= STEEPEST; step++) {
+    if (!IN_THE_WAY.includes(table.refusal(balls, { ...stroke, elevation }))) return { ...stroke, elevation };
+    elevation = step * RAISE;
   }
-  return { ...stroke, elevation };
+  return { ...stroke, elevation: level };
 }

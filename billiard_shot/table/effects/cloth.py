@@ -27,7 +27,7 @@ class Roll(EffectGate[EffectContext]):
 
     name = 'roll'
     condition = 'a ball comes to roll'
-    overrides: ClassVar = {OFF: {'rolling_resistance': 0.0}}
+    overrides: ClassVar = {OFF: {'rolling_resistance': 0.0, 'rolling_rise': 0.0}}
 
     def evaluate(self, context: EffectContext) -> GateDecision:
         """EffectContext for a ball that rolls."""

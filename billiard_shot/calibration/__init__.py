@@ -1,0 +1,1 @@
+"""Recorded shots, and the numbers of a scene that follow from them."""

@@ -1,0 +1,91 @@
+"""How well a scene predicts recorded shots that it was not fitted to."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from billiard_shot.calibration.comparison import FIRST_SCALES
+from billiard_shot.calibration.launch import ways_of
+from billiard_shot.calibration.launch_search import search_launches
+from billiard_shot.calibration.model import Model
+from billiard_shot.calibration.recording import Floats, RecordedShot
+from billiard_shot.calibration.watched import FIT_PERIOD, watch, Watched
+
+SPANS = 1.0, 2.0, 5.0, np.inf
+"""Times from the strike on over which errors are stated [s]."""
+
+QUANTILES = 0.1, 0.5, 0.9
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Check:
+    """
+    A recorded shot beside the same shot as it is predicted after its best launch.
+
+    Attributes
+    ----------
+    watched : Watched
+    launch : (numbers,) float array
+        See launch.py.
+    places : (samples, 2) float array
+        Where its samples lie as predicted, in the frame of the recording [m].
+
+    """
+
+    watched: Watched
+    launch: Floats
+    places: Floats
+
+    @property
+    def times(self) -> Floats:
+        """Times of the samples, from the strike on [s]."""
+        return self.watched.times[self.watched.at]
+
+    @property
+    def errors(self) -> Floats:
+        """Distances of the samples from their predicted places [m]."""
+        errors: Floats = np.linalg.norm(self.places - self.watched.place, axis=-1)
+        return errors
+
+    def rmse(self, until: float = np.inf) -> float:
+        """Root of the mean square of the errors of all balls up to a time [s], in m."""
+        inside = self.times <= until
+        share = self.watched.share[inside]
+        return float(np.sqrt(share @ self.errors[inside] ** 2 / share.sum()))
+
+
+def check(item: tuple[Model, int, RecordedShot, float, Sequence[int]]) -> Check | None:
+    """
+    Predict a shot of a recording after its best launch; None if there is none.
+
+    The launch is searched with the samples up to a time [s], from a seed.
+
+    Raises
+    ------
+    ValueError
+        If the shot cannot be used.
+
+    """
+    model, recording, shot, seen, seed = item
+    frame = model.frames[recording]
+    found = search_launches(
+        model.scene,
+        frame,
+        watch(shot, frame.rate, FIT_PERIOD),
+        FIRST_SCALES,
+        seen,
+        np.random.default_rng(seed),
+    )
+    if not len(found.costs):
+        return None
+    watched = watch(shot, frame.rate)
+    places = ways_of(model.scene, frame, watched, found.launches[:1])[0]
+    return Check(watched, found.launches[0], places)
+
+
+def quantiles(checks: Sequence[Check]) -> Floats:
+    """Return the quantiles (spans, quantiles) of the errors of shots [m]."""
+    errors = np.array([[each.rmse(span) for span in SPANS] for each in checks])
+    found: Floats = np.quantile(errors, QUANTILES, axis=0).T
+    return found

@@ -1,0 +1,334 @@
+"""
+The numbers that all shots have in common, fitted together with the launch of each shot.
+
+For any common numbers, each shot has a best launch. The sum of the costs of these launches is
+lowered by Gauss-Newton steps. A step needs of each shot only a small matrix: its launch is
+eliminated from the normal equations (Schur complement; variable projection, Golub and Pereyra,
+SIAM J. Numer. Anal. 10 (1973)).
+"""
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from billiard_shot.calibration.comparison import compare, scales_of
+from billiard_shot.calibration.launch import ways_of
+from billiard_shot.calibration.launch_search import search_launches
+from billiard_shot.calibration.model import Model, Sought, STEP, values_of, widths_of, within
+from billiard_shot.calibration.recording import Floats
+from billiard_shot.calibration.refine import derivatives_of, evaluated, EXACT, refined
+from billiard_shot.calibration.watched import Watched
+
+LAUNCH_STEPS = 8
+"""Most steps of least squares by which launches follow the common numbers."""
+
+MOST_STEPS = 12
+"""Largest number of steps of the common numbers at a horizon."""
+
+FIRST_DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-3, 1e-6, 1e3
+"""Damping relative to the diagonal, and its bounds."""
+
+RAISED, LOWERED = 10.0, 0.2
+"""Factors of the damping after a worse and a better step."""
+
+CLOSE, FLAT = 0.1, 0.02
+"""
+A fit has converged if the next step is shorter than the first part of each standard deviation, or
+if it would lower the cost by less than the second number. A cost that is higher by 1 is about one
+standard deviation away; differences below a hundredth are errors of the launches.
+"""
+
+ROUNDING = 1e-9
+"""Part of a step that is only rounding: a number at its bound moves no farther."""
+
+Mapped = Callable[[Callable[[Any], Any], Iterable[Any]], Iterator[Any]]
+"""What `map` does, and the method `map` of executors: the results of some work on items."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Shot:
+    """A shot of a calibration: its samples, the number of its recording, its best launch."""
+
+    watched: Watched
+    recording: int
+    launch: Floats
+
+
+class Reduced(NamedTuple):
+    """
+    The normal equations of a shot, without its launch.
+
+    Attributes
+    ----------
+    matrix, gradient : (common, common) and (common,) float array
+    follow : (numbers, common) float array
+        Change of the launch with each common number.
+
+    """
+
+    matrix: Floats
+    gradient: Floats
+    follow: Floats
+
+
+class Followed(NamedTuple):
+    """A launch that follows the common numbers, its cost, and errors [m] of samples at times."""
+
+    launch: Floats
+    cost: float
+    times: Floats
+    errors: Floats
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class JointFit:
+    """
+    Common numbers and launches that fit together.
+
+    Attributes
+    ----------
+    values : (common,) float array
+    shots : tuple of Shot
+        With their launches.
+    scales : (knots,) float array
+        Of errors, see `compare` [m].
+    horizon : float
+        Until which samples were compared [s].
+    matrices, gradients : (shots, common, common) and (shots, common) float array
+        Normal equations of the shots, at these numbers.
+    converged : bool
+    cost : float
+
+    """
+
+    values: Floats
+    shots: tuple[Shot, ...]
+    scales: Floats
+    horizon: float
+    matrices: Floats
+    gradients: Floats
+    converged: bool
+    cost: float
+
+
+def search(item: tuple[Model, Shot, Floats, float, Sequence[int]]) -> Shot | None:
+    """Search the launch of a shot until a horizon, from a seed; None if there is none."""
+    model, shot, scales, horizon, seed = item
+    found = search_launches(
+        model.scene,
+        model.frames[shot.recording],
+        shot.watched,
+        scales,
+        horizon,
+        np.random.default_rng(seed),
+        shot.launch[np.newaxis],
+    )
+    return replace(shot, launch=found.launches[0]) if len(found.costs) else None
+
+
+def follow(item: tuple[Model, Shot, Floats, float]) -> Followed:
+    """Improve the launch of a shot for other common numbers."""
+    model, shot, scales, horizon = item
+    compared = compare(shot.watched, scales, horizon)
+    frame = model.frames[shot.recording]
+    launch = shot.launch[np.newaxis]
+    best = refined(model.scene, frame, compared, launch, LAUNCH_STEPS, EXACT)
+    errors = np.linalg.norm(best.places[0] - compared.watched.place, axis=-1)
+    times = compared.watched.times[compared.watched.at]
+    return Followed(best.launches[0], float(best.costs[0]), times, errors)
+
+
+def reduce_equations(
+    item: tuple[Model, Sequence[Model], Floats, Shot, Floats, float],
+) -> Reduced:
+    """Eliminate the launch of a shot from its normal equations, by models with one step each."""
+    model, stepped, steps, shot, scales, horizon = item
+    compared = compare(shot.watched, scales, horizon)
+    frame, launch = model.frames[shot.recording], shot.launch[np.newaxis]
+    here = evaluated(model.scene, frame, compared, launch)
+    errors, slopes = derivatives_of(model.scene, frame, compared, here)
+    own = slopes[0]
+    moved = [
+        ways_of(each.scene, each.frames[shot.recording], compared.watched, launch)[0]
+        for each in stepped
+    ]
+    with np.errstate(invalid='ignore'):
+        differences = np.reshape(moved, (len(steps), *here.places[0].shape)) - here.places
+        common = differences.reshape(len(steps), errors.size) / steps[:, np.newaxis]
+    common[~np.isfinite(common)] = 0.0
+    curvatures = compared.curvatures(errors)[0]
+    inner = (own * curvatures) @ own.T + compared.precision
+    between = (own * curvatures) @ common.T
+    follows = -np.linalg.solve(inner, between)
+    pull = (compared.weights(errors) * errors.reshape(1, -1))[0]
+    away = own @ pull + (launch[0] - compared.mean) @ compared.precision
+    return Reduced(
+        (common * curvatures) @ common.T + between.T @ follows,
+        common @ pull + follows.T @ away,
+        follows,
+    )
+
+
+class Problem(NamedTuple):
+    """What is sought, until which horizon samples of shots count [s], and what does the work."""
+
+    model: Model
+    sought: tuple[Sought, ...]
+    horizon: float
+    mapped: Mapped
+
+    def model_at(self, values: Floats) -> Model:
+        """Return the model with these numbers."""
+        return self.model.with_values(self.sought, values)
+
+    @property
+    def start(self) -> Floats:
+        """The likely numbers (common,)."""
+        return values_of(self.sought)
+
+    @property
+    def precision(self) -> Floats:
+        """The inverse of their covariance (common, common)."""
+        return np.diag(widths_of(self.sought) ** -2.0)
+
+
+def searched(
+    problem: Problem, values: Floats, shots: Sequence[Shot], scales: Floats, *seed: int
+) -> tuple[Shot, ...]:
+    """Search the launches of all shots; leave out shots that have none."""
+    model = problem.model_at(values)
+    items = [
+        (model, shot, scales, problem.horizon, (*seed, number))
+        for number, shot in enumerate(shots)
+    ]
+    return tuple(shot for shot in problem.mapped(search, items) if shot is not None)
+
+
+def scales_after(
+    problem: Problem, values: Floats, shots: Sequence[Shot], scales: Floats
+) -> Floats:
+    """Return the scales of the errors that launches have which were found with other scales."""
+    found, _ = _followed(problem, values, shots, scales)
+    return scales_of(*_errors(found))
+
+
+def fit(
+    problem: Problem,
+    values: Floats,
+    shots: Sequence[Shot],
+    scales: Floats,
+    report: Callable[[float], object],
+) -> JointFit:
+    """
+    Lower the cost of all shots.
+
+    Parameters
+    ----------
+    problem : Problem
+    values : (common,) float array
+        Where the fit begins.
+    shots : sequence of Shot
+        With launches for these values.
+    scales : (knots,) float array
+        Of errors, see `compare` [m].
+    report : callable
+        Called after each step with the median error of all samples [m].
+
+    """
+    found, cost = _followed(problem, values, shots, scales)
+    damping, converged = FIRST_DAMPING, False
+    for step in range(MOST_STEPS + 1):
+        shots = [
+            replace(shot, launch=each.launch) for shot, each in zip(shots, found, strict=True)
+        ]
+        report(float(np.median(_errors(found)[1])))
+        reduced = _reduced(problem, values, shots, scales)
+        move = _move(problem, values, reduced, LEAST_DAMPING)
+        short = bool((np.abs(move) <= CLOSE * _deviations(problem, reduced)).all())
+        converged = short or _gain(problem, reduced, move) < FLAT
+        if converged or step == MOST_STEPS:
+            break
+        lower = np.inf
+        while not lower < cost and damping < MOST_DAMPING:
+            move = _move(problem, values, reduced, damping)
+            moved = [
+                replace(shot, launch=shot.launch + each.follow @ move)
+                for shot, each in zip(shots, reduced, strict=True)
+            ]
+            tried, lower = _followed(problem, values + move, moved, scales)
+            damping *= LOWERED if lower < cost else RAISED
+        if not lower < cost:
+            break
+        values, found, cost = values + move, tried, lower
+        damping = max(damping, LEAST_DAMPING)
+    matrices = np.stack([each.matrix for each in reduced])
+    gradients = np.stack([each.gradient for each in reduced])
+    return JointFit(
+        values, tuple(shots), scales, problem.horizon, matrices, gradients, converged, cost
+    )
+
+
+def _followed(
+    problem: Problem, values: Floats, shots: Sequence[Shot], scales: Floats
+) -> tuple[list[Followed], float]:
+    """Let all launches follow the common numbers; return them and the cost of all."""
+    model, away = problem.model_at(values), values - problem.start
+    items = [(model, shot, scales, problem.horizon) for shot in shots]
+    found = list(problem.mapped(follow, items))
+    return found, sum(each.cost for each in found) + float(away @ problem.precision @ away)
+
+
+def _errors(found: Sequence[Followed]) -> tuple[Floats, Floats]:
+    """Return the times [s] and errors [m] of the samples of all shots."""
+    times = np.concatenate([each.times for each in found])
+    return times, np.concatenate([each.errors for each in found])
+
+
+def _reduced(
+    problem: Problem, values: Floats, shots: Sequence[Shot], scales: Floats
+) -> list[Reduced]:
+    """Return the normal equations of all shots."""
+    steps = STEP * widths_of(problem.sought)
+    model = problem.model_at(values)
+    stepped = [problem.model_at(values + step) for step in np.diag(steps)]
+    items = [(model, stepped, steps, shot, scales, problem.horizon) for shot in shots]
+    return list(problem.mapped(reduce_equations, items))
+
+
+def _move(problem: Problem, values: Floats, reduced: Sequence[Reduced], damping: float) -> Floats:
+    """Return the damped step from values; numbers that would leave their bounds stay there."""
+    matrix = sum((each.matrix for each in reduced), start=problem.precision)
+    gradient = sum((each.gradient for each in reduced), start=np.zeros(len(values)))
+    gradient = gradient + problem.precision @ (values - problem.start)
+    matrix = matrix + damping * np.diag(np.diag(matrix))
+    free = np.ones(len(values), np.bool_)
+    while True:
+        move = np.zeros(len(values))
+        move[free] = -np.linalg.solve(matrix[np.ix_(free, free)], gradient[free])
+        allowed = within(problem.sought, values + move) - values
+        stuck = free & (move != 0.0) & (np.abs(allowed) < ROUNDING * np.abs(move))
+        if not stuck.any():
+            return allowed
+        free &= ~stuck
+
+
+def _gain(problem: Problem, reduced: Sequence[Reduced], move: Floats) -> float:
+    """Return by how much the full step would lower the cost, if it were a parabola."""
+    matrix = sum((each.matrix for each in reduced), start=problem.precision)
+    return float(move @ matrix @ move)
+
+
+def _deviations(problem: Problem, reduced: Sequence[Reduced]) -> Floats:
+    """
+    Return the standard deviations of the common numbers, from how the shots differ.
+
+    This is the sandwich of Huber (Proc. 5th Berkeley Symp. (1967), vol. 1): the errors of the
+    samples of a shot are those of its model, and far from independent.
+    """
+    inverse = np.linalg.inv(sum((each.matrix for each in reduced), start=problem.precision))
+    gradients = np.stack([each.gradient for each in reduced])
+    covariance = inverse @ gradients.T @ gradients @ inverse
+    deviations: Floats = np.sqrt(np.diag(covariance))
+    return deviations

@@ -1,0 +1,93 @@
+"""What a calibration found, and what can be done with it."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from billiard_shot.calibration.check import Check, check
+from billiard_shot.calibration.estimate import Estimate
+from billiard_shot.calibration.model import Model
+from billiard_shot.calibration.recording import Frame, RecordedShot
+from billiard_shot.calibration.scene_file import scene_text
+from billiard_shot.scene import Scene
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Calibration:
+    """
+    A scene that was fitted to recorded shots.
+
+    Attributes
+    ----------
+    scene : Scene
+    estimates : tuple of Estimate
+        Of the scene and of the frames of the recordings.
+    frames : tuple of Frame
+        Of the recordings.
+    recordings : tuple of str
+        Their names.
+    converged : bool
+        Whether the fit found a minimum; without it, intervals say little.
+    fitted : tuple of str
+        Names of the shots that were fitted.
+    checks, checks_before : tuple of Check
+        The shots that were held out: as the scene predicts them, and as the scene did with which
+        the calibration began.
+    ignored : tuple of str
+        What was left out, and why.
+
+    """
+
+    scene: Scene
+    estimates: tuple[Estimate, ...]
+    frames: tuple[Frame, ...]
+    recordings: tuple[str, ...]
+    converged: bool
+    fitted: tuple[str, ...]
+    checks: tuple[Check, ...]
+    checks_before: tuple[Check, ...]
+    ignored: tuple[str, ...]
+
+    def __repr__(self) -> str:
+        known = sum(each.interval is not None for each in self.estimates)
+        state = 'converged' if self.converged else 'NOT converged'
+        text = f'{known} of {len(self.estimates)} numbers identified'
+        return f'Calibration({state}, {text}, {len(self.fitted)} shots fitted)'
+
+    def predict(
+        self, shot: RecordedShot, seen: float = np.inf, recording: int = 0, seed: int = 1
+    ) -> Check:
+        """
+        Predict a recorded shot after the launch that explains it best.
+
+        Parameters
+        ----------
+        shot : RecordedShot
+        seen : float
+            Time from the strike on until which samples tell the launch [s]; by default all do.
+        recording : int
+            Number of the recording whose frame the shot has.
+        seed : int
+            Of the search.
+
+        Raises
+        ------
+        ValueError
+            If the shot cannot be used, or no launch of it can be simulated.
+
+        """
+        found = check((Model(self.scene, self.frames), recording, shot, seen, (seed,)))
+        if found is None:
+            raise ValueError(f'shot {shot.name!r}: no launch can be simulated')
+        return found
+
+    def save(self, path: str | Path) -> None:
+        """Write the scene as YAML, with a comment for each number that was sought."""
+        state = 'converged' if self.converged else 'NOT converged: do not rely on the intervals'
+        heading = [
+            f'Fitted to {len(self.fitted)} shots of {", ".join(self.recordings)}: {state}.',
+            'Intervals: shots drawn again.',
+        ]
+        text = scene_text(self.scene, self.estimates, heading)
+        Path(path).write_text(text, encoding='utf-8')

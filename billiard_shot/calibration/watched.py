@@ -1,0 +1,207 @@
+"""A recorded shot as fits take it: which ball was struck and when, and all samples after that."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from billiard_shot.calibration.recording import Floats, RecordedShot, Track
+
+MOVED, MOVED_SIGMAS = 3e-3, 4.0
+"""A ball that is farther than this [m], and so many deviations, from its first place has moved."""
+
+FASTEST = 12.0
+"""Speed [m/s] that no ball has: samples that need it are errors of the tracker."""
+
+FIRST_SAMPLES, FIRST_TIME = 4, 0.2
+"""How many samples tell the first velocity, and the longest time between them [s]."""
+
+UNEVEN = 0.25
+"""Relative change of velocity between these samples by which the ball has met something."""
+
+LEAST_SAMPLES = 5
+"""Number of samples that the struck ball must have after the strike."""
+
+FIT_PERIOD = 0.06
+"""Samples of a ball that are nearer in time are left out of fits [s]: their errors are alike."""
+
+LONGEST_SHARE = 0.1
+"""Longest time for which a sample stands [s]: what happened in longer gaps is not known."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Watched:
+    """
+    A shot from the strike on. Places are those of the recording [m], times begin at the strike.
+
+    Attributes
+    ----------
+    name : str
+    balls : tuple of str
+        The struck ball is the first one.
+    start : float
+        Time of the strike in the recording [s].
+    times : (times,) float array
+        Ascending [s].
+    ball, at : (samples,) int array
+        Indices in `balls` and `times`.
+    place : (samples, 2) float array
+    sigma, share : (samples,) float array
+        Deviation [m], and the time for which the sample stands [s].
+    rest : (balls, 2) float array
+        Places before the strike.
+    rest_sigma : (balls,) float array
+        Their deviations [m].
+    velocity : (2,) float array
+        Of the struck ball, estimated from its first samples [m/s].
+
+    """
+
+    name: str
+    balls: tuple[str, ...]
+    start: float
+    times: Floats
+    ball: NDArray[np.int64]
+    at: NDArray[np.int64]
+    place: Floats
+    sigma: Floats
+    share: Floats
+    rest: Floats
+    rest_sigma: Floats
+    velocity: Floats
+
+    @property
+    def duration(self) -> float:
+        """Time of the last sample [s]."""
+        return float(self.times[-1])
+
+    def until(self, horizon: float) -> 'Watched':
+        """Return the shot with the samples up to a time [s]."""
+        times = self.times[self.times <= horizon]
+        kept = self.at < len(times)
+        columns = {name: getattr(self, name)[kept] for name in SAMPLE_COLUMNS}
+        return replace(self, times=times, **columns)
+
+
+SAMPLE_COLUMNS = 'ball', 'at', 'place', 'sigma', 'share'
+
+
+def watch(shot: RecordedShot, rate: float = 1.0, period: float = 0.0) -> Watched:
+    """
+    Find the strike of a shot, and arrange its samples.
+
+    Parameters
+    ----------
+    shot : RecordedShot
+    rate : float
+        Of its clock, see `Frame`.
+    period : float
+        Of samples of a ball that are nearer in time, only the first is taken [s].
+
+    Raises
+    ------
+    ValueError
+        Saying why the shot cannot be used.
+
+    """
+    tracks = {name: _without_jumps(track, rate) for name, track in shot.tracks.items()}
+    moves = {name: first for name, track in tracks.items() if (first := _first_move(track))}
+    if not moves:
+        raise ValueError(f'shot {shot.name!r}: no ball moves')
+    struck = shot.struck or min(moves, key=lambda name: _moved_at(tracks[name], moves[name]))
+    if struck not in moves:
+        raise ValueError(f'shot {shot.name!r}: ball {struck!r} does not move')
+    start, velocity = _onset(tracks[struck], moves[struck])
+    balls = (struck, *(name for name in tracks if name != struck))
+    samples = [_after(tracks[name], start, period) for name in balls]
+    if len(samples[0].time) < LEAST_SAMPLES:
+        raise ValueError(
+            f'shot {shot.name!r}: ball {struck!r} must have at least {LEAST_SAMPLES} samples '
+            f'after the strike, got {len(samples[0].time)}'
+        )
+    rests = [_rest(tracks[name], moves.get(name, len(tracks[name].time))) for name in balls]
+    times, at = np.unique(np.concatenate([each.time for each in samples]), return_inverse=True)
+    return Watched(
+        shot.name,
+        balls,
+        start,
+        times,
+        np.repeat(np.arange(len(balls)), [len(each.time) for each in samples]),
+        at.ravel(),
+        np.concatenate([each.place for each in samples]),
+        np.concatenate([each.sigma for each in samples]),
+        np.concatenate([_shares(each.time) for each in samples]),
+        np.array([place for place, _ in rests]),
+        np.array([sigma for _, sigma in rests]),
+        velocity,
+    )
+
+
+def _without_jumps(track: Track, rate: float) -> Track:
+    """Leave out samples that are too far from both neighbours; times as of a right clock."""
+    time, place = track.time / rate, track.place
+    step = np.linalg.norm(np.diff(place, axis=0), axis=-1)
+    fast = step > FASTEST * np.diff(time) + MOVED_SIGMAS * track.sigma[1:]
+    wrong = np.zeros(len(time), np.bool_)
+    wrong[1:-1] = fast[:-1] & fast[1:]
+    return Track(time[~wrong], place[~wrong], track.sigma[~wrong])
+
+
+def _first_move(track: Track) -> int:
+    """Return the number of the first sample of a movement; 0 if there is none."""
+    away = np.linalg.norm(track.place - track.place[0], axis=-1)
+    moved = away > np.maximum(MOVED, MOVED_SIGMAS * track.sigma)
+    moved[:-1] &= moved[1:]  # twice, or it was an error
+    return int(moved.argmax())
+
+
+def _moved_at(track: Track, first: int) -> tuple[float, float]:
+    """Return when a ball had moved [s] and, as negative number, how far [m]."""
+    away = float(np.linalg.norm(track.place[first] - track.place[0]))
+    return float(track.time[first]), -away
+
+
+def _onset(track: Track, first: int) -> tuple[float, Floats]:
+    """
+    Return when a movement began [s], and with which velocity (2,) [m/s].
+
+    The first samples tell the velocity, until the ball meets something.
+    """
+    near = slice(first, first + FIRST_SAMPLES)
+    time, place = track.time[near], track.place[near]
+    away, since = place[0] - track.place[first - 1], time[0] - track.time[first - 1]
+    steps = np.diff(place, axis=0) / np.diff(time)[:, np.newaxis]
+    even = np.linalg.norm(steps - steps[0], axis=-1) < UNEVEN * np.linalg.norm(steps[0])
+    even &= np.diff(time) < FIRST_TIME
+    count = 1 + int(np.argmin(np.append(even, False)))
+    velocity = away / since  # at least as fast
+    if count > 1:
+        slope = np.polyfit(time[:count] - time[0], place[:count], 1)[0]
+        if np.linalg.norm(velocity) < (1.0 + UNEVEN) * np.linalg.norm(slope):
+            velocity = slope
+    ago = np.linalg.norm(away) / np.linalg.norm(velocity)
+    return float(time[0] - min(ago, since)), velocity
+
+
+def _after(track: Track, start: float, period: float) -> Track:
+    """Return the samples after the strike, with times from the strike on."""
+    kept = np.flatnonzero(track.time > start)
+    time = track.time - start
+    if period > 0.0:
+        _, first = np.unique(np.floor(time[kept] / period), return_index=True)
+        kept = kept[first]
+    return Track(time[kept], track.place[kept], track.sigma[kept])
+
+
+def _rest(track: Track, first: int) -> tuple[Floats, float]:
+    """Return the place of a ball before its movement, and its deviation [m]."""
+    place: Floats = np.median(track.place[:first], axis=0)
+    return place, float(track.sigma[0]) / np.sqrt(first)
+
+
+def _shares(time: Floats) -> Floats:
+    """Return for how long each sample stands [s]."""
+    if len(time) < 2:
+        return np.full(len(time), LONGEST_SHARE)
+    gap = np.minimum(np.diff(time), LONGEST_SHARE)
+    return 0.5 * (np.append(gap, gap[-1]) + np.insert(gap, 0, gap[0]))

@@ -1,0 +1,191 @@
+"""Calibrations of simulated recordings: what is found, how surely, and what is left alone."""
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from simulated import simulated_recording
+
+from billiard_shot import Scene
+from billiard_shot.calibration import calibrate as module
+from billiard_shot.calibration.calibrate import calibrate
+from billiard_shot.calibration.check import quantiles
+from billiard_shot.calibration.model import USUAL_NAMES
+from billiard_shot.calibration.recording import Frame, Recording
+
+CAROM = Scene.load('carom')
+FEW = {
+    'cloth.sliding_friction': 0.23,
+    'table.cushion.restitution': 0.85,
+    'table.cushion.friction': 0.22,
+}
+FRAME = Frame(0.002, -0.001, 0.001)
+
+
+def recorded(numbers, shots, seed, **options):
+    """Shots of a table whose numbers and frame are not those that are known of it."""
+    scene = replace(CAROM, balls={}).with_parameters(list(numbers), list(numbers.values()))
+    return replace(simulated_recording(scene, shots, seed, frame=FRAME, **options), frame=Frame())
+
+
+@pytest.fixture(scope='module')
+def few():
+    return recorded(FEW, 7, 4, longest=2.0)
+
+
+@pytest.fixture(scope='module')
+def found(few):
+    return calibrate(few, CAROM, names=list(FEW), horizon=1.5, held_out=0.15)
+
+
+def truth(numbers):
+    return {**numbers, 'frame.x': FRAME.x, 'frame.y': FRAME.y, 'frame.angle': FRAME.angle}
+
+
+def test_the_truth_of_a_simulated_table_is_found_within_the_intervals(found):
+    assert found.converged
+    assert [each.name for each in found.estimates] == list(truth(FEW))
+    for each in found.estimates:
+        low, high = each.interval
+        assert low <= truth(FEW)[each.name] <= high, each
+        assert low < each.value < high
+        assert each.name == 'frame.angle' or not low <= each.before <= high  # the shots tell it
+        assert set(each.shots) <= set(found.fitted)
+    assert dict(found.scene.balls) == dict(CAROM.balls)
+    (number,) = found.scene.parameters(['table.cushion.friction'])
+    assert number.value == found.estimates[2].value
+
+
+def test_shots_that_were_held_out_are_predicted_better_than_before(found, few):
+    names = {each.watched.name for each in found.checks}
+    assert len(names) == 1
+    assert names.isdisjoint(found.fitted)
+    assert len(names) + len(found.fitted) == len(few.shots)
+    assert quantiles(found.checks)[0, 1] < 3e-3  # over the first second; the noise is 1.4 mm
+    assert quantiles(found.checks)[0, 1] < 0.7 * quantiles(found.checks_before)[0, 1]
+
+
+def test_a_shot_is_predicted_from_its_first_samples(found, few):
+    shot = next(each for each in few.shots if each.name == found.checks[0].watched.name)
+    seen, all_of_it = found.predict(shot, seen=0.5), found.predict(shot)
+    assert seen.rmse(0.5) < 3e-3
+    assert seen.rmse() > all_of_it.rmse()
+    assert len(seen.errors) == len(all_of_it.errors) == len(seen.times)
+
+
+def test_the_same_calibration_goes_on_from_its_checkpoint(found, few, tmp_path, monkeypatch):
+    path = tmp_path / 'state.json'
+    arguments = {'names': list(FEW), 'horizon': 1.5, 'held_out': 0.15, 'checkpoint': path}
+    searches, searched = [], module.searched
+
+    def interrupted(problem, *rest):
+        searches.append(problem.horizon)
+        if len(searches) == 2:
+            raise KeyboardInterrupt
+        return searched(problem, *rest)
+
+    monkeypatch.setattr(module, 'searched', interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        calibrate(few, CAROM, **arguments)
+    assert path.exists()
+    with pytest.raises(ValueError, match='has no state of this calibration; remove it'):
+        calibrate(few, CAROM, **{**arguments, 'horizon': 1.0})
+    with ThreadPoolExecutor(2) as executor:
+        again = calibrate(few, CAROM, **arguments, executor=executor)
+    assert again.estimates == found.estimates
+    assert not path.exists()
+    assert len(searches) == 3  # the stage that was done is not done again
+
+
+def test_progress_goes_to_the_end(few):
+    said = []
+    calibrate(few, CAROM, names=['table.length'], horizon=0.5, held_out=0.15, progress=said.append)
+    assert said[-1].done == said[-1].total
+    assert [each.done for each in said] == sorted(each.done for each in said)
+    assert any('median error' in each.text for each in said)
+
+
+def test_what_the_shots_do_not_decide_keeps_its_value(tmp_path):
+    """Balls that stop before they meet anything say nothing of balls and cushions."""
+    slow = recorded({}, 6, 2, longest=1.0)
+    shots = [
+        replace(shot, tracks={name: shot.tracks[name] for name in ('white',)})
+        for shot in slow.shots
+    ]
+    result = calibrate(
+        replace(slow, shots=tuple(shots)),
+        CAROM,
+        names=['cloth.sliding_friction', 'contacts.ball_ball.restitution'],
+        horizon=0.3,
+        held_out=0.0,
+    )
+    balls = next(each for each in result.estimates if 'ball_ball' in each.name)
+    assert (balls.interval, balls.value, balls.shots) == (None, 0.95, ())
+    result.save(tmp_path / 'mine.yaml')
+    text = (tmp_path / 'mine.yaml').read_text()
+    assert '# not identifiable from these shots: default kept\n    restitution: 0.95' in text
+
+
+def test_the_scene_file_loads_and_says_what_is_known(found, tmp_path):
+    path = tmp_path / 'mine.yaml'
+    found.save(path)
+    assert Scene.load(path) == found.scene
+    lines = path.read_text().splitlines()
+    row = lines.index(f'    friction: {found.estimates[2].value}')
+    assert '95 %: 0.2' in lines[row - 1]
+    assert 'before: 0.26; decided by shots ' in lines[row - 1]
+    assert lines[0].startswith('# Fitted to 6 shots of simulated: converged')
+
+
+@pytest.mark.parametrize(
+    ('change', 'said'),
+    [
+        ({'held_out': 1.0}, 'held_out must be a number from 0 to 0.9, got 1.0'),
+        ({'held_out': 0.9}, 'at least 5 usable shots beside those held out, got 1'),
+        ({'horizon': 0.0}, 'horizon must be finite and above 0'),
+        ({'seed': -1}, 'seed must be a whole number, at least 0'),
+        ({'names': ['cloth.friction']}, 'cloth.friction is unknown'),
+        ({'scene': None}, 'scene is missing: simulated has no description'),
+    ],
+)
+def test_requests_that_make_no_sense_are_refused(few, change, said):
+    with pytest.raises(ValueError) as caught:  # noqa: PT011 (looked at below)
+        calibrate(few, **{'scene': CAROM, **change})
+    assert said in str(caught.value)
+
+
+def test_places_of_another_unit_are_refused(few):
+    """Lengths in feet leave the table."""
+
+    def in_feet(track):
+        return replace(track, place=3.28 * track.place)
+
+    shots = [
+        replace(shot, tracks={name: in_feet(each) for name, each in shot.tracks.items()})
+        for shot in few.shots
+    ]
+    with pytest.raises(ValueError, match=r'feet: .* of the places are outside of the table'):
+        calibrate(Recording('feet', tuple(shots)), CAROM)
+
+
+@pytest.mark.slow
+def test_all_usual_numbers_are_found_from_eight_shots():
+    draw = np.random.default_rng(2)
+    low = [0.15, 0.0035, 4.0, 0.92, 0.005, 0.04, 0.84, 0.18, 0.03, 2.835, 1.415]
+    high = [0.25, 0.008, 11.0, 0.98, 0.06, 0.14, 0.94, 0.28, 0.14, 2.845, 1.425]
+    numbers = dict(zip(USUAL_NAMES, draw.uniform(low, high).tolist(), strict=True))
+    result = calibrate(recorded(numbers, 8, 2), CAROM, horizon=3.0, held_out=0.0)
+    assert result.converged
+    covered = [
+        each.interval is None or each.interval[0] <= truth(numbers)[each.name] <= each.interval[1]
+        for each in result.estimates
+    ]
+    assert sum(covered) >= len(covered) - 2  # 95 % intervals of numbers that depend on each other
+    known = {each.name: each for each in result.estimates}
+    for name in (
+        'cloth.sliding_friction',
+        'cloth.rolling_resistance',
+        'table.cushion.restitution',
+    ):
+        assert known[name].value == pytest.approx(numbers[name], rel=0.02)

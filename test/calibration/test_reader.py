@@ -1,0 +1,210 @@
+"""Recordings from files: what is read, what is left out, and what is wrong in which line."""
+
+from contextlib import suppress
+import math
+from pathlib import Path
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+import numpy as np
+import pytest
+
+from billiard_shot import InputError
+from billiard_shot.calibration import csv_file
+from billiard_shot.calibration.csv_file import read_csv, write_csv
+from billiard_shot.calibration.reader import read_recording
+from billiard_shot.calibration.recording import Frame, RecordedShot, Recording, Track
+
+HEADER = 'shot,time,ball,x,y\n'
+
+
+@pytest.fixture
+def file(tmp_path):
+    def write(text, name='seen.csv'):
+        path = tmp_path / name
+        path.write_text(text, encoding='utf-8')
+        return path
+
+    return write
+
+
+def test_lines_of_any_order_and_rate_are_read(file):
+    recording = read_recording(
+        file(
+            'ball,shot,time,x,y,sigma,z\ncue,1,0.5,1,2,,\n8,1,0,-1,0.25,0.002,0.03\ncue,1,0.13,1,3,,\n'
+        )
+    )
+    (shot,) = recording.shots
+    assert (shot.name, list(shot.tracks)) == ('1', ['cue', '8'])
+    assert shot.tracks['cue'].time.tolist() == [0.13, 0.5]
+    assert shot.tracks['cue'].place.tolist() == [[1.0, 3.0], [1.0, 2.0]]
+    assert (shot.tracks['8'].sigma.tolist(), shot.struck, recording.ignored) == ([0.002], None, ())
+
+
+def test_balls_that_were_not_detected_and_doubled_times_are_left_out_and_counted(file):
+    recording = read_csv(file(HEADER + '1,0,cue,0,0\n1,1,cue,,\n1,2,cue,nan,0\n1,0,cue,1,1\n'))
+    assert recording.shots[0].tracks['cue'].place.tolist() == [[0.0, 0.0]]
+    assert recording.ignored == (
+        '2 lines without x or y: the balls were not detected',
+        "shot '1': 1 lines with the time of another one",
+    )
+
+
+@pytest.mark.parametrize(
+    ('text', 'said'),
+    [
+        ('', 'shot is missing in the header'),
+        ('shot,time,ball,x\n', 'line 1: y is missing in the header'),
+        ('shot,time,ball,x,y,hue\n', 'line 1: hue is unknown; the nearest key is'),
+        ('shot,time,ball,x,y,x\n', 'line 1: x is there twice'),
+        (HEADER, 'must have a line for each sight of a ball'),
+        (HEADER + '1,0,cue,0,0\n1,0,cue,0\n', 'line 3: a line must be 5 fields'),
+        (
+            HEADER + '1,soon,cue,0,0\n',
+            "line 2: time must be a number from -1e+07 to 1e+07, got 'soon' (s)",
+        ),
+        (HEADER + '1,nan,cue,0,0\n', 'line 2: time must be a number'),
+        (HEADER + '1,0,cue,710,0\n', "got '710' (m); is it in mm? 710 mm are 0.71 m"),
+        (HEADER + '1,0,cue,inf,0\n', 'line 2: x must be a number from -10 to 10'),
+        (HEADER + '1,0,,0,0\n', 'line 2: ball must be a name'),
+        (
+            HEADER + '1,0,cue,0,0\n1,9000,cue,0,0\n',
+            "shot '1': time must be within 120 s of the first, got 9000 s; is it in ms?",
+        ),
+        ('shot,time,ball,x,y,sigma\n1,0,cue,0,0,0\n', 'line 2: sigma must be a number from 1e-06'),
+    ],
+)
+def test_what_is_wrong_is_named_with_file_line_and_field(file, text, said):
+    path = file(text)
+    with pytest.raises(ValueError, match=r'seen\.csv') as caught:
+        read_recording(path)
+    assert said in str(caught.value)
+
+
+def test_all_wrong_lines_are_named_at_once_but_no_more_than_a_message_holds(file):
+    with pytest.raises(InputError) as caught:
+        read_csv(file(HEADER + '1,x,cue,0,0\n' * 10_000))
+    assert [each.line for each in caught.value.mistakes[:3]] == [2, 3, 4]
+    assert len(caught.value.mistakes) < 100
+
+
+def test_files_that_are_no_recording_are_refused(file, tmp_path, monkeypatch):
+    with pytest.raises(ValueError, match=r'none.csv: No such file'):
+        read_recording(tmp_path / 'none.csv')
+    with pytest.raises(ValueError, match=r'must be a file .csv or .json'):
+        read_recording(file('', 'seen.txt'))
+    (tmp_path / 'film.csv').write_bytes(b'\xff\xfe\x00film')
+    with pytest.raises(ValueError, match=r'film.csv: must be a text in CSV'):
+        read_recording(tmp_path / 'film.csv')
+    with pytest.raises(ValueError, match=r'seen.json: must be a list of shots'):
+        read_recording(file('{}', 'seen.json'))
+    with pytest.raises(ValueError, match=r'seen.json: shot 0: must have id, and t, x and y'):
+        read_recording(file('[{"id": 1}]', 'seen.json'))
+    monkeypatch.setattr(csv_file, 'MOST_BYTES', 10)
+    with pytest.raises(ValueError, match=r'must have at most 10 bytes, got \d+; divide it'):
+        read_recording(file(HEADER))
+
+
+def test_the_description_names_balls_frame_scene_and_strokes(file):
+    path = file(HEADER + '1,0,white,0,0\n1,0,red,1,0\n')
+    file(
+        'scene: carom\nstruck: cue\nsigma: 0.002\nballs: {white: cue}\n'
+        'frame: {x: 0.1, angle_deg: 90, scale: 2, rate: 1.001}\nstrokes: {1: {speed: 2}}\n',
+        'seen.yaml',
+    )
+    recording = read_recording(path)
+    (shot,) = recording.shots
+    assert (list(shot.tracks), shot.struck, recording.scene) == (['cue', 'red'], 'cue', 'carom')
+    assert shot.tracks['cue'].sigma.tolist() == [0.002]
+    assert shot.stroke.offsets[4] == pytest.approx(2.0)
+    assert recording.frame == Frame(0.1, 0.0, math.pi / 2, 2.0, 1.001)
+
+
+@pytest.mark.parametrize(
+    ('text', 'said'),
+    [
+        ('sigmas: 1', 'seen.yaml: line 1: sigmas is unknown; the nearest key is sigma'),
+        ('frame:\n  scale: 0', 'seen.yaml: line 2: frame.scale must be a finite number above 0'),
+        ('strokes: {7: {speed: 2}}', "strokes: no shot '7'"),
+        ('strokes: {1: {sped: 2}}', 'sped is unknown'),
+        ('balls: {white: red}', "shot '1' has two balls with the same name"),
+    ],
+)
+def test_mistakes_of_a_description_are_named(file, text, said):
+    path = file(HEADER + '1,0,white,0,0\n1,0,red,1,0\n')
+    file(text, 'seen.yaml')
+    with pytest.raises(ValueError, match=r'yaml|balls') as caught:
+        read_recording(path)
+    assert said in str(caught.value)
+
+
+NAMES = st.text('abc 8,"\'é', min_size=1, max_size=4).map(str.strip).filter(bool)
+COORDINATES = st.floats(-9.9, 9.9).map(lambda value: float(f'{value:.5g}'))
+TRACKS = st.lists(
+    st.tuples(st.integers(0, 5000), COORDINATES, COORDINATES, st.sampled_from([1e-3, 2e-3])),
+    min_size=1,
+    max_size=6,
+    unique_by=lambda row: row[0],
+)
+
+
+@given(st.dictionaries(NAMES, st.dictionaries(NAMES, TRACKS, min_size=1), min_size=1))
+@settings(max_examples=50, deadline=None)
+def test_what_is_written_is_read_again(tmp_path_factory, shots):
+    def track(rows):
+        columns = np.array(sorted(rows))
+        return Track(columns[:, 0] / 100.0, columns[:, 1:3], columns[:, 3])
+
+    made = tuple(
+        RecordedShot(name, {ball: track(rows) for ball, rows in balls.items()})
+        for name, balls in shots.items()
+    )
+    path = tmp_path_factory.mktemp('written') / 'seen.csv'
+    write_csv(Recording('made', made), path)
+    read = read_csv(path)
+    assert [(each.name, list(each.tracks)) for each in read.shots] == [
+        (each.name, list(each.tracks)) for each in made
+    ]
+    for one, other in zip(read.shots, made, strict=True):
+        for ball, found in one.tracks.items():
+            for field in ('time', 'place', 'sigma'):
+                assert np.array_equal(getattr(found, field), getattr(other.tracks[ball], field))
+
+
+@given(st.text('0123456789.,-+e"naif\n ', max_size=200))
+@settings(max_examples=100, deadline=None)
+def test_any_text_is_read_or_refused(tmp_path_factory, text):
+    path = tmp_path_factory.mktemp('any') / 'any.csv'
+    path.write_text(HEADER + text)
+    with suppress(ValueError):  # any other exception is a bug
+        for shot in read_csv(path).shots:
+            for track in shot.tracks.values():
+                assert np.isfinite(track.place).all()
+                assert (np.diff(track.time) > 0.0).all()
+
+
+@given(
+    st.builds(
+        Frame, COORDINATES, COORDINATES, st.floats(-4.0, 4.0), st.floats(0.5, 2.0), st.just(1.0)
+    ),
+    st.lists(st.tuples(COORDINATES, COORDINATES), min_size=1, max_size=3).map(np.array),
+)
+@settings(deadline=None)
+def test_frames_lead_there_and_back(frame, places):
+    assert frame.to_table(frame.to_recording(places)) == pytest.approx(places, abs=1e-9)
+    turned = frame.to_recording(np.array([1.0, 0.0])) - np.array([frame.x, frame.y])
+    assert turned == pytest.approx(
+        frame.scale * np.array([math.cos(frame.angle), math.sin(frame.angle)])
+    )
+
+
+def test_a_converter_fills_the_time_in_which_a_ball_rests(tmp_path: Path):
+    path = tmp_path / 'shots.json'
+    path.write_text(
+        '[{"id": 3, "balls": {"1": {"t": [0, 0.02, 0.02, 0.06], "x": [0, 0.02, 0.03, 0.06], '
+        '"y": [0, 0, 0, 0]}, "2": {"t": [0, 0.5], "x": [1, 1.001], "y": [0.5, 0.5]}}}]'
+    )
+    (shot,) = read_recording(path).shots
+    assert shot.tracks['1'].time.tolist() == [0.0, 0.02, 0.06]  # of two with one stamp, the first
+    assert shot.tracks['2'].time == pytest.approx([0.0, 0.1, 0.2, 0.3, 0.4, 0.5])
+    assert shot.tracks['2'].place[3].tolist() == [1.0, 0.5]
