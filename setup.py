@@ -111,7 +111,7 @@ setup(
         'gym': ['gymnasium>=1.1'],
         'completion': ['shtab>=1.7'],
         'video': ['imageio[ffmpeg]>=2.31', 'matplotlib>=3.8', 'pillow>=10.0'],
-        'notebook': ['anywidget>=0.9.14'],
+        'notebook': ['anywidget>=0.9.14', 'traitlets>=5.9'],
         'live': ['tornado>=6.4'],
         'docs': [
             'anywidget>=0.9.14',
