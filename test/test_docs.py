@@ -13,6 +13,7 @@ import sys
 import pytest
 
 import billiard_shot
+from billiard_shot import machine_code
 from billiard_shot.cli import main
 from billiard_shot.shot.stroke_file import read_strokes
 from billiard_shot.shot.stroke_options import add_stroke_arguments, strokes_from_options
@@ -310,6 +311,8 @@ def test_every_block_is_of_a_known_kind():
 def test_pages_build_without_warnings(tmp_path):
     for needed in ('furo', 'latex2mathml', 'myst_nb', 'anywidget'):
         pytest.importorskip(needed, reason='needs the extra docs')
+    if not machine_code.is_loaded():
+        pytest.skip('needs machine code')
     built = subprocess.run(
         [
             sys.executable,
