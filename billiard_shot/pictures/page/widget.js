@@ -7,17 +7,17 @@ function render({ model, el }) {
   let shown = null; // the state of the page
   const put = () => frame.contentWindow.postMessage({ type: 'set', state: model.get('state') }, '*');
   const follow = () => JSON.stringify(model.get('state')) !== JSON.stringify(shown) && put();
-  const take = (name, value) => {
-    model.set(name, value);
+  const take = (estimate) => {
+    model.set('state', shown);
+    model.set('estimate', estimate);
     model.save_changes();
   };
   const listen = ({ source, data }) => {
     if (source !== frame.contentWindow) return;
     if ('state' in data) shown = data.state;
     if (data.type === 'ready' && Object.keys(model.get('state')).length) put();
-    else if (data.type === 'ready' || data.type === 'outcome') take('state', shown); // not during a drag
-    if (data.type === 'estimate') take('estimate', data.estimate);
-    if (data.type === 'refused') console.error(data.message);
+    else if (['ready', 'outcome', 'estimate'].includes(data.type)) take(data.estimate ?? null); // not during a drag
+    else if (data.type === 'refused') console.error(data.message);
   };
   window.addEventListener('message', listen);
   model.on('change:state', follow);
