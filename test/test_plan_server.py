@@ -45,7 +45,7 @@ def address():
 @pytest.fixture
 def live():
     """The same with the real page."""
-    yield from served(page_of_scene(SCENE, more={'planner': True}))
+    yield from served(page_of_scene(SCENE, planner=True))
 
 
 def served(page):

@@ -61,6 +61,6 @@ def _serve(scene: Scene, title: str, options: argparse.Namespace) -> None:
         raise ValueError(
             "--plan: needs tornado, an extra: pip install 'billiard_shot[live]'"
         ) from None
-    page = page_of_scene(scene, title, more={'planner': True})
+    page = page_of_scene(scene, title, planner=True)
     with suppress(KeyboardInterrupt):
         asyncio.run(serve(scene, page, options.port, partial(print, flush=True)))

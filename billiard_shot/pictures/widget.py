@@ -97,5 +97,5 @@ class TableWidget(anywidget.AnyWidget):
 
 def _page(start: SceneLike | Shot, *, framed: bool) -> str:
     if isinstance(start, Shot):
-        return page_of(start, more={'framed': framed})
-    return page_of_scene(start, more={'framed': framed})
+        return page_of(start, framed=framed)
+    return page_of_scene(start, framed=framed)
