@@ -3,7 +3,7 @@
 import json
 import sys
 
-from browser import Browser, find_browser
+from browser import find_browser
 import pytest
 
 from billiard_shot import machine_code, predict, Scene, Stroke
@@ -117,35 +117,31 @@ globalThis.views = ['left', 'right'].map(() => {{
 
 
 @pytest.mark.skipif(find_browser() is None, reason='needs Chromium')
-def test_page_and_widget_follow_each_other(tmp_path):
+def test_page_and_widget_follow_each_other(browser, tmp_path):
     widget = TableWidget(SHOT, height=300)
     values = {name: getattr(widget, name) for name in ('page', 'height', 'state')}
     script = json.dumps(str(widget._esm)).replace('<', '\\u003c')
     text = NOTEBOOK.format(script=script, values=json.dumps(values).replace('<', '\\u003c'))
     (tmp_path / 'notebook.html').write_text(text, encoding='utf-8')
-    browser = Browser(tmp_path / 'profile')
-    try:
-        browser.open(tmp_path / 'notebook.html')
-        browser.wait_for("model && model.get('estimate')?.n === 2000")
-        # what the page has made of the stroke of Python
-        widget.state = browser.run('model.get("state")')
-        assert widget.stroke == STROKE
-        assert {'noise', 'units', 'drill'} <= widget.state.keys()
-        # another stroke of Python comes to both pages
-        widget.stroke = OTHER
-        browser.run(f'saved.length = 0, model.set("state", {json.dumps(widget.state)})')
-        browser.wait_for('saved.length >= 2')
-        assert browser.run(
-            'saved.every(({ stroke }) => stroke.speed === model.get("state").stroke.speed)'
-        )
-        widget.state = browser.run('model.get("state")')
-        assert widget.stroke == OTHER
-        # other windows are not listened to
-        browser.run("window.postMessage({ type: 'estimate', estimate: 'x', state: {} }, '*')")
-        browser.settle()
-        assert browser.run('model.get("estimate") !== "x"')
-        browser.run('views.forEach((end) => end())')
-        assert browser.run('watchers.size') == 0
-        assert browser.messages == []
-    finally:
-        browser.close()
+    browser.messages.clear()
+    browser.open(tmp_path / 'notebook.html')
+    browser.wait_for("model && model.get('estimate')?.n === 2000")
+    # what the page has made of the stroke of Python
+    widget.state = browser.run('model.get("state")')
+    assert widget.stroke == STROKE
+    assert {'noise', 'units', 'drill'} <= widget.state.keys()
+    # another stroke of Python comes to both pages
+    widget.stroke = OTHER
+    browser.run(f'saved.length = 0, model.set("state", {json.dumps(widget.state)})')
+    browser.wait_for('saved.length >= 2')
+    speeds = browser.run('saved.map(({ stroke }) => stroke.speed)')
+    assert {*speeds} == {widget.state['stroke']['speed']}
+    widget.state = browser.run('model.get("state")')
+    assert widget.stroke == OTHER
+    # other windows are not listened to
+    browser.run("window.postMessage({ type: 'estimate', estimate: 'x', state: {} }, '*')")
+    browser.settle()
+    assert browser.run('model.get("estimate") !== "x"')
+    browser.run('views.forEach((end) => end())')
+    assert browser.run('watchers.size') == 0
+    assert browser.messages == []

@@ -13,7 +13,7 @@ from threading import Barrier, Event, Thread
 import time
 from urllib.parse import urlsplit
 
-from browser import Browser, find_browser
+from browser import choose, find_browser, open_tab
 import pytest
 
 from billiard_shot import machine_code, plan, Scene
@@ -318,29 +318,30 @@ def test_without_tornado_the_command_names_the_extra(monkeypatch, capsys):
 # ---- in a browser ----
 
 
-@pytest.fixture(scope='module')
-def browser(tmp_path_factory):
-    opened = Browser(tmp_path_factory.mktemp('browser'))
-    yield opened
-    opened.close()
+def opened(browser, address):
+    browser.messages.clear()
+    browser.open(address)
+    browser.wait_for('document.body.dataset.ready === "true"')
+    open_tab(browser, 'plan')
 
 
+def press_search(browser):
+    browser.run("document.getElementById('search').click()")
+
+
+SAID = "document.getElementById('planned').textContent"
 ROWS = "[...document.querySelectorAll('#plans b')].map((b) => b.textContent)"
 
 
 @needs_browser
 def test_plans_are_tried_and_changed_in_the_page(browser, live, monkeypatch):
     quickly(monkeypatch)
-    browser.messages.clear()
-    browser.open(live)
-    browser.wait_for('document.body.dataset.ready === "true"')
-    browser.run("document.getElementById('tab-plan').click()")
-    browser.run("document.getElementById('goal-ball').value = '8'")
-    browser.run("document.getElementById('search').click()")
+    opened(browser, live)
+    choose(browser, 'goal-ball', '8')
+    press_search(browser)
     browser.wait_for("document.getElementById('search').textContent === 'Plan'")
     truth = plan(SCENE, {'pot': '8'}, budget=3000)
-    said = browser.run("document.getElementById('planned').textContent")
-    assert said == truth.message
+    assert browser.run(SAID) == truth.message
     assert len(browser.run(ROWS)) == len(truth.ranking)
     before = browser.run('view.state.balls')
     browser.run("document.querySelectorAll('#plans button')[0].click()")
@@ -360,17 +361,16 @@ def test_plans_are_tried_and_changed_in_the_page(browser, live, monkeypatch):
 def test_a_search_is_cancelled_in_the_page_and_a_failure_is_told(browser, live, monkeypatch):
     begun, ended = Event(), Event()
     monkeypatch.setattr(plan_server, 'plan', endless(begun, ended))
-    browser.open(live)
-    browser.wait_for('document.body.dataset.ready === "true"')
-    browser.run("document.getElementById('search').click()")
+    opened(browser, live)
+    press_search(browser)
     assert begun.wait(PATIENCE)
-    browser.run("document.getElementById('search').click()")
-    browser.wait_for("document.getElementById('planned').textContent === 'Cancelled.'")
+    press_search(browser)
+    browser.wait_for(f"{SAID} === 'Cancelled.'")
     assert ended.wait(PATIENCE)
     monkeypatch.setattr(plan_server, 'plan', plan)
-    browser.run("document.getElementById('goal').value = 'hit'")
-    browser.run("document.getElementById('search').click()")
-    browser.wait_for("document.getElementById('planned').textContent.includes('hit must be')")
+    choose(browser, 'goal', 'hit')
+    press_search(browser)
+    browser.wait_for(f"{SAID}.includes('hit must be')")
 
 
 @needs_browser
