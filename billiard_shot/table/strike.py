@@ -127,8 +127,9 @@ def steady_impact(q: CueParams) -> ClusterImpact:
 
 @inner
 def swing_time(q: CueParams) -> float:
-    """How long the end of a cue that may hit the ball again swings after a hit, at most [s]."""
-    return LONGEST_SWING if q.moves and q.follow_through > 0.0 else 0.0
+    """How long the end of a cue with a shaft, that may hit again, swings at most [s]."""
+    swings = q.moves and q.follow_through > 0.0 and shafts_of(q) > 0
+    return LONGEST_SWING if swings else 0.0
 
 
 @inner
