@@ -30,7 +30,7 @@ function sentenceOf({ shot, refused, balls, events, effects }) {
     endless && shot.status === 'NEVER_RESTS'
       && `nothing stops the ball: its last motion, from ${threeDigits(balls[0].segments.at(-1).time)} s on, is endless`,
     TROUBLES[shot.status],
-    shot.cue.miscue && 'a miscue: the tip still slid when it left the ball',
+    shot.cue.miscue && 'a miscue: the tip slid on the ball',
     ...falls, ...offs,
     first >= 0 ? `first contact ${data.scene.names[first]}` : others && 'no ball hit',
     again !== null && `a double hit: the cue hits the ball again ${again ? `at ${threeDigits(again)} s` : 'during the strike'}`,
@@ -39,11 +39,10 @@ function sentenceOf({ shot, refused, balls, events, effects }) {
 }
 
 /** When the cue hits the ball again [s], 0: during the strike; null: it does not. */
-function doubleHit({ cue, segments }, effects) {
+function doubleHit({ cue }, effects) {
   const effect = data.equipment.effects.double_hit; // not there: a page that cannot turn it off
   if (effect && effect.on === effects.includes('double_hit')) return null;
-  if (cue.hits > 1) return 0;
-  return segments.cue.find(({ cause }) => cause === 'CUE')?.time ?? null;
+  return Number.isFinite(cue.double_hit) ? cue.double_hit : null;
 }
 
 /**
