@@ -80,7 +80,8 @@ class ContactState:
     fading: float  # largest reduction of the coefficient by slip; 0 if it is constant
     decay: float  # the coefficient at slip v is friction - fading (1 - exp(-decay v))
     restitution: float
-    softening: float  # of the restitution, see `ContactProperties`
+    early_softening: float  # of the restitution, see `ContactProperties`
+    softening: float
     stiffness: float  # relative to the largest
     normal_mode: int
     friction_mode: int

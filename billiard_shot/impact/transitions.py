@@ -146,9 +146,10 @@ def reverse_normal_motion(m: Model, c: ContactState, known: bool) -> None:
 def start_restitution(c: ContactState, law: int, exponent: float, peak: float) -> None:
     """Start the restitution of a contact from its peak compression, by a law."""
     restitution = c.restitution
-    if c.softening > 0.0:
+    if c.softening > 0.0 or c.early_softening > 0.0:
         energy = elastic_energy(c.stiffness, peak, exponent)
-        restitution = max(restitution / (1.0 + c.softening * energy), METHOD_OPTIONS.min_softened)
+        divisor = 1.0 + c.early_softening * sqrt(energy) + c.softening * energy
+        restitution = max(restitution / divisor, METHOD_OPTIONS.min_softened)
     opens = opening(law, restitution, exponent)
     c.normal_mode, c.peak_compression = RESTITUTION, peak
     c.compression_rate, c.lost_share = opens.rate, opens.lost

@@ -85,9 +85,9 @@ class Cushion:
         0.05 to 1; by default that of the model, see `CUSHIONS`.
     friction : float, optional
         At least 0; by default that of the model.
-    fading : float, optional
-        At a speed of approach v the restitution is divided by 1 + (fading v)^2; at least 0 [s/m].
-        At a speed of 1/fading half of it is left. By default that of the model.
+    early_fading, fading : float, optional
+        At a speed of approach v the restitution is divided by 1 + early_fading v + (fading v)^2;
+        at least 0 [s/m]. The first one is 0 by default, `fading` that of the model.
     height : float
         Height of the nose above the cloth, in ball diameters, 0.5 to 0.95. 0.635: WPA.
     depth : float
@@ -117,6 +117,7 @@ class Cushion:
         '', minimum=0.05, maximum=1, derived=lambda cushion: CUSHIONS[cushion.model][0]
     )
     friction: float = number('', minimum=0, derived=lambda cushion: CUSHIONS[cushion.model][1])
+    early_fading: float = number('s/m', minimum=0, default=0.0)
     fading: float = number('s/m', minimum=0, derived=lambda cushion: CUSHIONS[cushion.model][2])
     height: float = number('ball diameters', minimum=0.5, maximum=0.95, default=0.635)
     depth: float = number('m', above=0, maximum=1, default=0.0508)

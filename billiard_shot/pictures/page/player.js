@@ -5,7 +5,7 @@ const MOTIONS = {
   REST: 'rests', SLIDE: 'slides', ROLL: 'rolls', SPIN: 'spins', FLIGHT: 'flies',
   POCKETED: 'in a pocket', OFF_TABLE: 'off the table',
 };
-const TABS = ['aim', 'shots', 'table', 'balls', 'events', 'drill', 'share'];
+const TABS = ['aim', 'shots', 'plan', 'table', 'balls', 'events', 'drill', 'share'];
 
 let shown = null; // see `played`
 let time = 0;
@@ -91,8 +91,11 @@ function step(now) {
   const elapsed = Math.min(now - last, 100) / 1000;
   last = now;
   setTime(time + elapsed * Number(element('rate').value));
-  if (time >= end()) play(false);
-  else requestAnimationFrame(step);
+  if (time < end()) requestAnimationFrame(step);
+  else {
+    play(false);
+    giveHint('⏮ leads back to the start; Go on plays from here.');
+  }
 }
 
 function changeRate(by) {
@@ -131,7 +134,8 @@ function drawNow() {
   })) : [];
   const ring = { name: 'ring', colour: '#f0e442', width: 2.4, opacity: editable() && !playing ? 1 : 0 };
   const view = cameraNow();
-  renderer.draw(view, balls, shownCue(shown, time), [...(paths ? keptLines() : []), ...lines, ring], paths ? clouds() : []);
+  const others = paths ? keptLines() : [];
+  renderer.draw(view, balls, shownCue(shown, time), [...others, ...lines, ring], paths ? clouds() : []);
   placeLabels(balls, view);
 }
 
@@ -149,10 +153,12 @@ function describe() {
     ['speed (m/s)', fixed(moves ? Math.hypot(...velocity) : 0, 3)],
   ];
   if (tab === 'events') {
-    element('readout').replaceChildren(...rows.flatMap(([what, text]) => [make('dt', what), make('dd', text)]));
+    const parts = rows.flatMap(([what, text]) => [make('dt', what), make('dd', text)]);
+    element('readout').replaceChildren(...parts);
     markEvents();
   }
   element('clock').textContent = `${fixed(time, 3)} s`;
+  element('again').disabled = time <= begin();
   element('go-on').disabled = shown.refused || !shown.balls.every(({ segments: all }) => !isEndless(all));
 }
 
@@ -188,6 +194,7 @@ function fillPage() {
   fillStroke();
   fillErrors();
   fillEquipment();
+  fillPlanner();
   fillExports();
 }
 
@@ -208,10 +215,11 @@ function listen() {
     if (event.altKey || element('keys').open) return;
     const typing = event.target.matches('input:not(#slider):not([type=checkbox]), textarea, select');
     if (event.ctrlKey || event.metaKey) {
-      const act = { z: () => (event.shiftKey ? undo(future, past) : undo()), y: () => undo(future, past) }[event.key.toLowerCase()];
-      if (!act || typing) return;
+      const key = event.key.toLowerCase();
+      if (typing || !['y', 'z'].includes(key)) return;
       event.preventDefault();
-      act();
+      if (key === 'y' || event.shiftKey) redo();
+      else undo();
       return;
     }
     const toggle = toggles[event.key.toLowerCase()];
@@ -225,14 +233,14 @@ function listen() {
     setTime(Number(event.target.value));
   });
   const clicks = {
-    play: () => play(!playing), help: () => element('keys').showModal(), undo: () => undo(), redo: () => undo(future, past),
-    keep: keepShot, 'go-on': goOn, 'begin-drill': beginDrill, try: tryDrill, 'end-drill': () => change({ drill: null }),
+    play: () => play(!playing), again: () => setTime(begin()), help: () => element('keys').showModal(), undo, redo, keep: keepShot,
+    'go-on': goOn, 'begin-drill': beginDrill, try: tryDrill, 'end-drill': () => change({ drill: null }),
     panel: () => {
       document.querySelector('aside').classList.toggle('away');
       fitAgain();
     },
   };
-  for (const [name, act] of Object.entries(clicks)) element(name).addEventListener('click', act);
+  for (const [name, act] of Object.entries(clicks)) element(name).addEventListener('click', () => act());
   for (const name of ['names', 'paths']) element(name).addEventListener('change', draw);
   for (const name of ['ball', 'kind']) element(name).addEventListener('change', listEvents);
   element('follow').addEventListener('change', ({ target: { value } }) => followNamed(value));
@@ -258,6 +266,11 @@ function showState() {
   element('redo').disabled = !future.length;
 }
 
+function giveHint(text) {
+  element('hint').textContent = text;
+  element('hint').hidden = !text;
+}
+
 function trouble(text) {
   element('trouble').textContent = text;
   element('trouble').hidden = false;
@@ -273,7 +286,7 @@ async function start() {
   }
   if (data.start) state = { ...state, ...data.start, level: data.start.stroke.elevation };
   else {
-    const stroke = firstStroke();
+    const stroke = firstStroke(state.balls);
     state = { ...state, stroke, level: stroke.elevation };
   }
   initial = state;
@@ -286,7 +299,9 @@ async function start() {
   watch(['noise', 'target'], forgetEstimate);
   watch(['kept', 'units'], showKept);
   watch(['units', 'target'], tellStory);
-  watchers.push(showState, writeLink, () => tell('state', publicState()));
+  watchers.push(showState, writeLink, () => tell('state', publicState()), () => {
+    giveHint('');
+  });
   replay();
   listen();
   listenToPointer();
@@ -304,7 +319,9 @@ async function start() {
 window.view = {
   get time() { return time; }, get playing() { return playing; }, get state() { return state; },
   get shown() { return shown; }, get estimate() { return estimate; }, get ring() { return ringPlace(); },
-  get eye() { return cameraNow().eye; }, get followed() { return followed === null ? null : data.balls[followed].name; },
+  get intended() { return targetNow(); },
+  get eye() { return cameraNow().eye; },
+  get followed() { return followed === null ? null : data.balls[followed].name; },
   setTime, play, look, project, camera, freeArea, change, aim, undo, openTab, tableFor, follow: followNamed,
   get outcome() { return outcomeNow(); },
   ball: (name) => {
