@@ -231,15 +231,19 @@ def _estimates(
 ) -> tuple[Estimate, ...]:
     """Return what is known of all numbers, also of those that the shots do not decide."""
     known = {
-        each.name: Estimate(
-            each.name, each.unit, value, each.start, interval.bounds, interval.shots
-        )
+        each.name: (value, *interval)
         for each, value, interval in zip(
             problem.sought, found.values.tolist(), intervals, strict=True
         )
     }
     return tuple(
-        known.get(each.name, Estimate(each.name, each.unit, each.start, each.start))
+        Estimate(
+            each.name,
+            each.unit,
+            each.start,
+            each.published,
+            *known.get(each.name, (each.start, None, ())),
+        )
         for each in sought
     )
 

@@ -15,8 +15,10 @@ from billiard_shot.calibration.recording import Floats, Frame
 from billiard_shot.calibration.watched import Watched
 from billiard_shot.scene import Scene
 from billiard_shot.status import Status
-from billiard_shot.table.simulate import simulate_batch
+from billiard_shot.table.initial_states import VECTORS
+from billiard_shot.table.simulate import simulate, simulate_batch
 from billiard_shot.table.table_states import TableStates
+from billiard_shot.table.trajectory import BallState, EventKind
 
 SPEED, DIRECTION, FOLLOW, SIDE, MASSE = range(5)
 PLACES = 5  # number of the first place
@@ -42,6 +44,8 @@ PUSHES = 4
 """How often balls that overlap are moved apart: three that touch need two."""
 
 MAX_EVENTS = 2000
+
+CONTACTS = EventKind.BALL, EventKind.CUSHION, EventKind.CLUSTER
 
 SOLVED = Status.OK, Status.OFF_TABLE
 
@@ -122,6 +126,17 @@ def ways_of(scene: Scene, frame: Frame, watched: Watched, launches: Floats) -> F
     places = frame.to_recording(batch.position_at[:, watched.ball, watched.at, :2])
     places[~np.isin(batch.status, SOLVED)] = np.inf
     return places
+
+
+def contacts_of(scene: Scene, frame: Frame, watched: Watched, launch: Floats) -> Floats:
+    """Return the times [s] at which balls meet balls and cushions after a launch (numbers,)."""
+    states = states_of(scene, frame, watched, launch[np.newaxis])
+    balls = {
+        name: BallState(*(getattr(states, field)[0, i] for field in VECTORS))
+        for i, name in enumerate(watched.balls)
+    }
+    run = simulate(scene, balls, until=watched.duration)
+    return np.array([event.time for event in run.events if event.kind in CONTACTS])
 
 
 def _apart(scene: Scene, places: Floats) -> Floats:
