@@ -22,14 +22,16 @@ from billiard_shot.calibration.joint_fit import (
     searched,
     Shot,
 )
-from billiard_shot.calibration.launch import prior_of
+from billiard_shot.calibration.launch import launch_of, prior_of
 from billiard_shot.calibration.model import Model, model_of, Sought, sought_in, values_of
+from billiard_shot.calibration.recording import Floats
 from billiard_shot.calibration.result import Calibration
 from billiard_shot.calibration.usable import (
     check_places,
     named_scene,
     read_recordings,
     Recordings,
+    Usable,
     usable_shots,
 )
 from billiard_shot.scene import Scene, SceneLike
@@ -128,7 +130,7 @@ def calibrate(
     request = scene.to_dict(), sought, horizons, share, seed, shot_names
     saved = Checkpoint(checkpoint, request)
     model = model_of(scene, read)
-    shots = [Shot(each.watched, each.recording, prior_of(each.watched)[0]) for each in used]
+    shots = [Shot(each.watched, each.recording, _first_launch(each, model)) for each in used]
     problem, found = _fitted(model, sought, shots, horizons, seed, work, saved)
     problem, found, intervals = _decided(problem, found, work)
     fitted = problem.model_at(found.values)
@@ -159,6 +161,13 @@ def calibrate(
         checks_before=checks_before,
         ignored=tuple(ignored),
     )
+
+
+def _first_launch(one: Usable, model: Model) -> Floats:
+    """Return a likely launch: that of the stroke, if it is known."""
+    if one.shot.stroke is None:
+        return prior_of(one.watched)[0]
+    return launch_of(model.scene, model.frames[one.recording], one.watched, one.shot.stroke)
 
 
 def _horizons(last: float) -> list[float]:

@@ -183,7 +183,7 @@ def _without_launch(
 ) -> tuple[Floats, Floats]:
     """Return the normal matrix of common numbers, and the change of the launch with them."""
     between = (own * weights) @ common.T
-    follows = -np.linalg.solve((own * weights) @ own.T + precision, between)
+    follows: Floats = -np.linalg.solve((own * weights) @ own.T + precision, between)
     return (common * weights) @ common.T + between.T @ follows, follows
 
 

@@ -7,6 +7,7 @@ curves (masse); and for each ball the distance (x, y) [m] from where it was seen
 ball may lie farther off along its way: this stands for an error of the time of the strike.
 """
 
+from dataclasses import replace
 import math
 
 import numpy as np
@@ -14,6 +15,9 @@ import numpy as np
 from billiard_shot.calibration.recording import Floats, Frame
 from billiard_shot.calibration.watched import Watched
 from billiard_shot.scene import Scene
+from billiard_shot.scene.placement import CUE_BALL
+from billiard_shot.shot.predict import predict
+from billiard_shot.shot.stroke import Stroke
 from billiard_shot.status import Status
 from billiard_shot.table.initial_states import VECTORS
 from billiard_shot.table.simulate import simulate, simulate_batch
@@ -78,6 +82,22 @@ def steps_of(watched: Watched) -> Floats:
     steps = np.full(size_of(watched), 2e-6)
     steps[:PLACES] = 1e-5 * speed, 1e-5, 1e-4 * speed, 1e-4 * speed, 1e-4 * speed
     return steps
+
+
+def launch_of(scene: Scene, frame: Frame, watched: Watched, stroke: Stroke) -> Floats:
+    """Return the numbers of the launch that a scene predicts for a stroke."""
+    x, y = frame.to_table(watched.rest[0]).tolist()
+    shot = predict(replace(scene, balls={CUE_BALL: (x, y)}), stroke)
+    launch, _ = prior_of(watched)
+    if shot.status.refused:
+        return launch
+    radius = frame.scale * scene.ball.radius
+    (u, v, _), (a, b, c) = shot.velocity.tolist(), (radius * shot.spin).tolist()
+    direction = math.atan2(v, u)
+    cosine, sine = math.cos(direction), math.sin(direction)
+    launch[SPEED], launch[DIRECTION] = frame.scale * math.hypot(u, v), direction + frame.angle
+    launch[FOLLOW], launch[SIDE], launch[MASSE] = b * cosine - a * sine, c, a * cosine + b * sine
+    return launch
 
 
 def states_of(scene: Scene, frame: Frame, watched: Watched, launches: Floats) -> TableStates:
