@@ -25,7 +25,8 @@ from billiard_shot.scene.errors import must_be, must_be_one_of
 COMMANDS = {  # and what each does
     'predict': 'predict the motion of all balls after a stroke',
     'plan': 'find the stroke most likely to reach a target, given execution noise and limits',
-    'view': 'write a shot as one HTML file (3-D table, rotating balls, time slider) or as a video',
+    'view': 'write a shot as one HTML file (a 3-D table to play on) or as a video',
+    'explore': 'write a scene as one HTML file: a table to play on, with chances and drills',
     'play': 'play one rack: agents against each other, or against a person in the terminal',
     'tournament': 'play many racks of a game between two players; count who wins and why',
     'atlas': 'map the success probability of pots over the table',

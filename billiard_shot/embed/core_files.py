@@ -1,7 +1,10 @@
 """The files of the compiled core that pages and programs in C take with them."""
 
+from base64 import b64encode
+import json
 from pathlib import Path
 import shutil
+import zlib
 
 from billiard_shot import machine_code
 from billiard_shot.compiler.build import NOTICE, PAGES, provide
@@ -41,3 +44,23 @@ def copy_library(folder: Path) -> None:
     core = core_folder(machine_code.LIBRARY)
     for file in (core / HEADER, core / NOTICE, *core.glob(f'{machine_code.LIBRARY}.*')):
         shutil.copy(file, folder)
+
+
+def core_script() -> str:
+    """
+    Write the core as a script that pages on any host, or without one, can include.
+
+    It defines `billiardShotCore`: the text of the `module`, and `wasm` and `description`,
+    compressed, in base64.
+    """
+    core = core_folder(PAGES)
+    parts = {
+        'module': (MODULE / 'core.mjs').read_text(encoding='utf-8'),
+        'wasm': _compressed(core / f'{PAGES}.wasm'),
+        'description': _compressed(core / machine_code.DESCRIPTION),
+    }
+    return f'const billiardShotCore = {json.dumps(parts)};'.replace('<', '\\u003c')
+
+
+def _compressed(file: Path) -> str:
+    return b64encode(zlib.compress(file.read_bytes(), 9)).decode()

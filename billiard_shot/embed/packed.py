@@ -22,7 +22,9 @@ from billiard_shot.table.simulation_state import room_for_simulation
 from billiard_shot.table.task import CAPACITY, packed
 
 
-def packed_scene(scene: Scene) -> dict[Entry, dict[str, Any]]:
+def packed_scene(
+    scene: Scene, tolerance: float = DEFAULT_SHOT_TOLERANCE
+) -> dict[Entry, dict[str, Any]]:
     """
     Pack a scene as arguments of each entry, with room for one table of its balls and a stroke.
 
@@ -30,9 +32,27 @@ def packed_scene(scene: Scene) -> dict[Entry, dict[str, Any]]:
     entries are apart: the vectors that `write_strokes` writes are to be given to `play_tables`.
     Without pockets there is no `find_direct_shots`.
     """
+    count = len(setting_of(scene).names)
+    played = packed_play(scene, tolerance)
+    made = {
+        write_strokes: _named(
+            write_strokes, (np.zeros((1, 5)), np.zeros((1, 3)), np.zeros((1, 3)))
+        ),
+        play_tables: played,
+    }
+    if len(played['layout'].pockets):
+        places, kinds = np.zeros((1, count, 2)), np.array([[PRESENT] + [LEGAL] * (count - 1)])
+        made[find_direct_shots] = _named(
+            find_direct_shots, arguments_of(ROWS, scene, scene.noise, places, kinds, 0)
+        )
+    return made
+
+
+def packed_play(scene: Scene, tolerance: float = DEFAULT_SHOT_TOLERANCE) -> dict[str, Any]:
+    """Pack a scene as arguments of `play_tables` alone; see `packed_scene`."""
     setting = setting_of(scene)
-    count, accuracy = len(setting.names), Accuracy(DEFAULT_SHOT_TOLERANCE)
-    task = task_of(setting, np.zeros((1, 3)), np.zeros((1, 3)), None, accuracy)
+    count = len(setting.names)
+    task = task_of(setting, np.zeros((1, 3)), np.zeros((1, 3)), None, Accuracy(tolerance))
     room = room_for(ROWS, count, True)  # with scratch that this thread has used
     capacity = CAPACITY * (2 + count)
     room = room._replace(
@@ -40,18 +60,11 @@ def packed_scene(scene: Scene) -> dict[Entry, dict[str, Any]]:
         participants=np.zeros((capacity, 2), np.int64),
     )
     rooms = room_for_simulation(ROWS, count), room
-    made = {
-        write_strokes: (np.zeros((1, 5)), np.zeros((1, 3)), np.zeros((1, 3))),
-        play_tables: packed(task, ROWS, rooms, capacity, capacity),
-    }
-    if scene.table is not None and scene.table.pockets:
-        places, kinds = np.zeros((1, count, 2)), np.array([[PRESENT] + [LEGAL] * (count - 1)])
-        made[find_direct_shots] = arguments_of(ROWS, scene, scene.noise, places, kinds, 0)
-    named = {
-        entry: dict(zip(signature(entry.function).parameters, arguments, strict=True))
-        for entry, arguments in made.items()
-    }
-    tables = named[play_tables]['tables']
-    for record in (tables.segments, tables.events):
+    named = _named(play_tables, packed(task, ROWS, rooms, capacity, capacity))
+    for record in (named['tables'].segments, named['tables'].events):
         record.view(np.uint8).fill(0)  # it was not set
     return named
+
+
+def _named(entry: Entry, arguments: tuple[Any, ...]) -> dict[str, Any]:
+    return dict(zip(signature(entry.function).parameters, arguments, strict=True))

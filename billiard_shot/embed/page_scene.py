@@ -3,27 +3,29 @@
 import math
 from typing import Any
 
-import numpy as np
-
 from billiard_shot import machine_code
 from billiard_shot.embed.packed import packed_scene
+from billiard_shot.embed.plain import plain
 from billiard_shot.numerics import rounding
 from billiard_shot.scene import Scene, SceneLike
 from billiard_shot.scene.player import MIN_NOISY_SPEED, OFFSETS
 from billiard_shot.scene.values import LARGEST
+from billiard_shot.shot.accuracy import DEFAULT_SHOT_TOLERANCE
 from billiard_shot.shot.setting import setting_of
 from billiard_shot.shot.stroke import SPEED_RANGE
 from billiard_shot.table.geometry import layout_of
 from billiard_shot.table.run import POCKET_NAMES
 
 
-def export_scene(scene: SceneLike) -> dict[str, Any]:
+def export_scene(scene: SceneLike, tolerance: float = DEFAULT_SHOT_TOLERANCE) -> dict[str, Any]:
     """
     Export a scene for pages that play strokes in it.
 
     Parameters
     ----------
     scene : Scene, str or Path
+    tolerance : float
+        Largest error of the trajectories [m].
 
     Returns
     -------
@@ -33,7 +35,8 @@ def export_scene(scene: SceneLike) -> dict[str, Any]:
     """
     scene = Scene.load(scene)
     setting, radius = setting_of(scene), float(scene.ball.radius)
-    numbers = layout_of(setting.model.surface, setting.table).numbers
+    layout = layout_of(setting.model.surface, setting.table)
+    numbers = layout.numbers
     beyond = numbers.cushion_depth
     return {
         'sources': machine_code.sources(),
@@ -44,7 +47,7 @@ def export_scene(scene: SceneLike) -> dict[str, Any]:
                 setting.names, setting.starts['position'][0].tolist(), strict=True
             )
         },
-        'pockets': POCKET_NAMES if scene.table is not None and scene.table.pockets else (),
+        'pockets': POCKET_NAMES if layout.pockets else (),
         'radius': radius,
         'apart': (2.0 * radius - rounding.PLACE, 2.0 * LARGEST, 'm'),
         'ranges': {
@@ -59,8 +62,8 @@ def export_scene(scene: SceneLike) -> dict[str, Any]:
         'noise': dict(zip(OFFSETS, scene.noise.sigmas(radius).tolist(), strict=True)),
         'slowest': MIN_NOISY_SPEED,
         'entries': {
-            entry.function.__name__: _plain(arguments)
-            for entry, arguments in packed_scene(scene).items()
+            entry.function.__name__: plain(arguments)
+            for entry, arguments in packed_scene(scene, tolerance).items()
         },
     }
 
@@ -68,25 +71,3 @@ def export_scene(scene: SceneLike) -> dict[str, Any]:
 def _range(half: float) -> tuple[float, float, str]:
     half = min(half, LARGEST)
     return -half, half, 'm'
-
-
-def _plain(value: Any) -> Any:
-    """Return arguments as JSON has them; arrays of zeros as their shapes."""
-    if isinstance(value, float) and not math.isfinite(value):
-        return str(value).replace('inf', 'Infinity')  # JSON has none; this is one in JavaScript
-    if isinstance(value, dict):
-        return {name: _plain(each) for name, each in value.items()}
-    if hasattr(value, '_asdict'):
-        return _plain(value._asdict())
-    if not isinstance(value, np.ndarray):
-        return value
-    if not any(value.tobytes()):
-        return {'shape': value.shape}
-    rows, names = value.ravel().tolist(), value.dtype.names
-    if names:
-        rows = [dict(zip(names, map(_field, row), strict=True)) for row in rows]
-    return {'shape': value.shape, 'values': [_plain(row) for row in rows]}
-
-
-def _field(value: Any) -> Any:
-    return value.tolist() if isinstance(value, np.ndarray) else value

@@ -5,7 +5,7 @@ The solver works in units of the largest approach speed, response and stiffness.
 therefore do not depend on the scale of these quantities.
 """
 
-from math import inf
+from math import inf, sqrt
 from typing import Any, NamedTuple
 
 from billiard_shot.compiled import inner
@@ -54,8 +54,10 @@ class ContactProperties:
     friction: float
     fading: float
     decay: float  # s/m
-    # The restitution at the energy E of the peak is restitution / (1 + softening E).
+    # The restitution at the energy E of the peak is
+    # restitution / (1 + early_softening E^(1/2) + softening E).
     restitution: float
+    early_softening: float  # 1/J^(1/2)
     softening: float  # 1/J
     stiffness: float  # N/m^exponent; see `Contact`
     # Only if the bodies are given:
@@ -213,6 +215,7 @@ def start_contact(
     c.friction, c.fading = properties.friction, properties.fading
     c.decay = properties.decay * speed
     c.restitution, c.stiffness = properties.restitution, properties.stiffness / firmness
+    c.early_softening = properties.early_softening * sqrt(units.impulse * speed)
     c.softening = properties.softening * units.impulse * speed
     c.velocity[0] = velocity[3 * j] / speed
     c.slip_1[0], c.slip_2[0] = velocity[3 * j + 1] / speed, velocity[3 * j + 2] / speed
@@ -228,7 +231,8 @@ def start_contact(
     c.slip_dir_1, c.slip_dir_2 = 0.0, 0.0
     c.impulse, c.impulse_1, c.impulse_2 = 0.0, 0.0, 0.0
     c.restitution_loss, c.friction_loss = 0.0, 0.0
-    c.first_slip, c.final_slip = 0.0, 0.0
+    c.final_slip, c.slid, c.slid_to_peak = 0.0, 0.0, 0.0
+    c.began, c.touched = 0.0, 0.0
     c.discontinuity_margin = inf
 
 

@@ -113,8 +113,6 @@ def deactivate(m: Model, c: ContactState) -> None:
     c.restitution_loss += loss_since_peak(m, c) if c.normal_mode == RESTITUTION else 0.0
     c.restitution_loss += elastic_energy(c.stiffness, c.compression[0], m.exponent)
     c.final_slip = 0.0 if sticks(c) else slip_speed(c)
-    if c.closings == 1:
-        c.first_slip = c.final_slip
     c.normal_mode = INACTIVE
     c.friction_mode = FRICTIONLESS
     c.compression[0] = 0.0
@@ -130,6 +128,8 @@ def reverse_normal_motion(m: Model, c: ContactState, known: bool) -> None:
         c.velocity[0] = 0.0
     y = c.compression[0]
     if c.normal_mode == COMPRESSION:
+        if c.closings == 1 and y >= c.peak_compression:
+            c.slid_to_peak = c.slid
         start_restitution(c, m.law, m.exponent, y)
         if m.law == POISSON:
             c.restitution_end = c.impulse + c.restitution * (c.impulse - c.activation_impulse)
@@ -146,9 +146,10 @@ def reverse_normal_motion(m: Model, c: ContactState, known: bool) -> None:
 def start_restitution(c: ContactState, law: int, exponent: float, peak: float) -> None:
     """Start the restitution of a contact from its peak compression, by a law."""
     restitution = c.restitution
-    if c.softening > 0.0:
+    if c.softening > 0.0 or c.early_softening > 0.0:
         energy = elastic_energy(c.stiffness, peak, exponent)
-        restitution = max(restitution / (1.0 + c.softening * energy), METHOD_OPTIONS.min_softened)
+        divisor = 1.0 + c.early_softening * sqrt(energy) + c.softening * energy
+        restitution = max(restitution / divisor, METHOD_OPTIONS.min_softened)
     opens = opening(law, restitution, exponent)
     c.normal_mode, c.peak_compression = RESTITUTION, peak
     c.compression_rate, c.lost_share = opens.rate, opens.lost

@@ -31,14 +31,14 @@ def combination() -> Shot:
 
 
 def jump() -> Shot:
-    """Jump over the ball that stands in front of the 8, and pot it."""
-    stroke = Stroke.from_offsets(a=0.06, b=0.02, elevation_deg=32.1, azimuth_deg=-1.15, speed=3.2)
-    return predict(Scene.load('blocked'), stroke)
+    """Jump with a jump cue over the ball that stands in front of the 8, and pot it."""
+    stroke = Stroke.from_offsets(a=0, b=0, elevation_deg=40, azimuth_deg=-2.3, speed=3.9)
+    return predict(Scene.load('jump_cue'), stroke)
 
 
 def around() -> Shot:
     """Pot the same ball with a massé around the other one."""
-    stroke = Stroke.from_offsets(a=-0.43, b=-0.17, elevation_deg=56, azimuth_deg=-35.1, speed=2.02)
+    stroke = Stroke.from_offsets(a=-0.36, b=-0.11, elevation_deg=56, azimuth_deg=-30.4, speed=1.94)
     return predict(Scene.load('blocked'), stroke)
 
 
@@ -62,7 +62,7 @@ FIGURES: Mapping[str, Callable[[Path], None]] = {
     'two-balls': partial(draw_two_balls, TwoBalls()),
     'ping-pong': draw_ping_pong,
     'paper-shots': draw_paper_shots,
-    'table-jump': lambda path: _draw(jump(), path, 'A jump over ball 1, elevation 32°'),
+    'table-jump': lambda path: _draw(jump(), path, 'A jump over ball 1, elevation 40°'),
     'table-masse': lambda path: _draw(around(), path, 'A massé around ball 1, elevation 56°'),
     'rack-gaps': draw_rack_gaps,
     'planning-story': draw_planning_story,

@@ -1,83 +1,109 @@
 """
-A shot as one self-contained HTML file: a table to turn and zoom, balls that move and turn.
+A shot or a scene as one self-contained HTML file: a table to play on.
 
-The page evaluates the segments of the trajectory, so that its positions are those of
-`Trajectory.at`. It interpolates between orientations, which are close enough for that. Its parts
-are the files in `page`, put together here.
+The page has the compiled core in it. It plays the shot with the numbers that `predict` has, and
+again whenever somebody moves a ball or the cue. Its parts are the files in `page`, put together
+here.
 """
 
+from base64 import b64encode
 from collections.abc import Mapping
+from hashlib import sha256
 from importlib.resources import files
 import json
-import math
 from pathlib import Path
 import tempfile
 from typing import Any
 import webbrowser
 
-import numpy as np
-from numpy.typing import NDArray
-
-from billiard_shot.pictures.cue_motion import cue_motion
-from billiard_shot.pictures.orientations import orientations, product, rotation
-from billiard_shot.pictures.trails import path_colours, Trails, trails_of
+from billiard_shot.embed.core_files import core_script
+from billiard_shot.embed.equipment import equipment_of
+from billiard_shot.embed.page_scene import export_scene
+from billiard_shot.scene import Scene, SceneLike
 from billiard_shot.scene.errors import reason
 from billiard_shot.scene.placement import CUE_BALL
+from billiard_shot.shot.accuracy import DEFAULT_SHOT_TOLERANCE
+from billiard_shot.shot.setting import setting_of
 from billiard_shot.shot.shot import Shot
-from billiard_shot.table.colours import ball_colour, BLACK, is_striped, ORANGE, PURPLE, SKY
-from billiard_shot.table.motion import Motion
+from billiard_shot.table.colours import ball_colour, is_striped
 from billiard_shot.table.outline import outline_of
+from billiard_shot.table.rolling_boundary import HOLES
+from billiard_shot.table.run import cushion_name
+from billiard_shot.table.words import HAPPENS
 
 SCRIPTS = (
     'vectors.js',
+    'elements.js',
+    'units.js',
+    'state.js',
+    'core.js',
+    'words.js',
+    'paths.js',
+    'turning.js',
+    'motion.js',
+    'story.js',
     'meshes.js',
     'shaders.js',
     'renderer.js',
-    'elements.js',
-    'motion.js',
     'camera.js',
     'labels.js',
     'stroke.js',
+    'balls.js',
+    'chance.js',
+    'direct_shots.js',
+    'equipment.js',
+    'compare.js',
+    'drill.js',
     'events.js',
+    'share.js',
+    'frame.js',
+    'pointer.js',
     'player.js',
 )
-# Colours of the paths of balls: those of Okabe and Ito that stand out on a green cloth.
-YELLOW = '#f0e442'
-PATHS = '#ffffff', ORANGE, SKY, PURPLE, YELLOW, BLACK
-PALE_ON_PAGE = '#7f9f91'
-DRAWN_MOTIONS = (Motion.SLIDE, Motion.ROLL, Motion.FLIGHT)
-ACROSS, UPWARD = np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0])
 NO_LINKS: Mapping[str, str] = {}
 DRAWN_CUE_LENGTH = 1.47  # m, if the scene does not give it
 
 
-def page_of(shot: Shot, title: str = 'shot', links: Mapping[str, str] = NO_LINKS) -> str:
+def page_of(
+    shot: Shot,
+    title: str = 'shot',
+    links: Mapping[str, str] = NO_LINKS,
+    core: str = '',
+    framed: bool = False,
+) -> str:
     """
     Make the page of a shot.
 
     A shot that was refused is shown as well: nothing moves. `links` are the addresses of other
-    pages, by the texts that lead to them.
+    pages, by the texts that lead to them. `core` is the address of a file with `core_script`,
+    which pages of one folder share; by default the page has the core in it. A `framed` page
+    exchanges messages with the page around its frame (frame.js).
     """
-    data = json.dumps(view_data(shot, title), ensure_ascii=False, allow_nan=False)
-    parts = {
-        'TITLE': _escaped(title),
-        'STYLE': _part('style.css'),
-        'LINKS': ' '.join(f'<a href="{to}">{text}</a>' for text, to in links.items()),
-        'DATA': data.replace('<', '\\u003c'),  # no text in it can end the script
-        'SCRIPT': '\n'.join(_part(name) for name in SCRIPTS),
-    }
-    page = _part('page.html')
-    for name, text in parts.items():
-        page = page.replace(f'<!-- {name} -->', text, 1)
-    return page
+    return _page({**view_data(shot, title), 'framed': framed}, links, core)
+
+
+def page_of_scene(
+    scene: SceneLike,
+    title: str = 'table',
+    links: Mapping[str, str] = NO_LINKS,
+    core: str = '',
+    framed: bool = False,
+) -> str:
+    """Make a page of a scene without a stroke: the page aims. For the rest see `page_of`."""
+    return _page({**_scene_data(Scene.load(scene), title), 'framed': framed}, links, core)
 
 
 def write_page(shot: Shot, path: Path, title: str = 'shot') -> None:
     """Write the page of a shot to a file; ValueError if it was refused, or if that fails."""
     if shot.status.refused:
         raise ValueError(f'{path}: not written: {shot.status.name}: {shot.message}')
+    write_text(path, page_of(shot, title))
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a page to a file; ValueError if that fails."""
     try:
-        path.write_text(page_of(shot, title), encoding='utf-8')
+        path.write_text(text, encoding='utf-8')
     except OSError as error:
         raise ValueError(f'{path}: {reason(error)}') from None
 
@@ -91,113 +117,82 @@ def open_page(shot: Shot) -> Path:
 
 
 def view_data(shot: Shot, title: str) -> dict[str, Any]:
-    """Collect all that the page shows, in SI units and the frame `table`."""
-    trails = trails_of(shot)
-    colours = path_colours(trails, PATHS, PALE_ON_PAGE)
-    return {
-        'title': title,
-        'message': f'{shot.status.name}: {shot.message}',
-        'radius': shot.scene.ball.radius,
-        'until': trails.until,
-        'table': _table(shot),
-        'cue': _cue(shot, trails),
-        'stroke': _stroke(shot),
-        'balls': [
-            _ball(trails, name, number, colours.get(name))
-            for number, name in enumerate(trails.balls)
-        ],
-        'ghosts': [ghost.tolist() for ghost in trails.ghosts],
-        'events': _events(shot),
+    """Collect all that the page of a shot shows, in SI units and the frame `table`."""
+    stroke = shot.stroke.touching(shot.scene.cue.tip_curvature_radius / shot.scene.ball.radius)
+    data = _scene_data(shot.scene, title, shot.tolerance)
+    places = {**data['scene']['places'], CUE_BALL: shot.position[:2].tolist()}
+    names = 'a', 'b', 'elevation', 'azimuth', 'speed'
+    # the vectors, too: made of the offsets, they could differ in the last bit
+    vectors = {'normal': stroke.normal, 'velocity': stroke.velocity}
+    played = dict(zip(names, stroke.offsets, strict=True)) | vectors
+    return {**data, 'start': {'balls': places, 'stroke': played}}
+
+
+def _page(data: dict[str, Any], links: Mapping[str, str], core: str) -> str:
+    script = '\n'.join(_part(name) for name in SCRIPTS)
+    inline = '' if core else core_script()
+    hashes = (b64encode(sha256(text.encode()).digest()).decode() for text in (script, inline))
+    parts = {
+        'POLICY': ' '.join(f"'sha256-{each}'" for each in hashes) + (" 'self' file:" * bool(core)),
+        'TITLE': _escaped(data['title']),
+        'STYLE': _part('style.css'),
+        'LINKS': ' '.join(
+            f'<a href="{_escaped(to)}">{_escaped(text)}</a>' for text, to in links.items()
+        ),
+        # no text in it can end the script
+        'DATA': json.dumps(data, ensure_ascii=False, allow_nan=False).replace('<', '\\u003c'),
+        'CORE': f'<script src="{_escaped(core)}"></script>' if core else _script(inline),
+        'SCRIPT': script,
     }
+    page = _part('page.html')
+    for name, text in parts.items():
+        page = page.replace(f'<!-- {name} -->', text, 1)
+    return page
 
 
 def _part(name: str) -> str:
     return (files('billiard_shot.pictures') / 'page' / name).read_text(encoding='utf-8')
 
 
+def _script(text: str) -> str:
+    return f'<script>{text}</script>'
+
+
 def _escaped(text: str) -> str:
-    return text.replace('&', '&amp;').replace('<', '&lt;')
+    return text.replace('&', '&amp;').replace('<', '&lt;').replace('"', '&quot;')
 
 
-def _table(shot: Shot) -> dict[str, Any] | None:
-    if shot.scene.table is None:
-        return None
-    outline = outline_of(shot.scene)
+def _scene_data(
+    scene: Scene, title: str, tolerance: float = DEFAULT_SHOT_TOLERANCE
+) -> dict[str, Any]:
+    curvature = scene.cue.tip_curvature_radius / scene.ball.radius
     return {
-        'size': [shot.scene.table.length, shot.scene.table.width],
+        'title': title,
+        'scene': export_scene(scene, tolerance),
+        'equipment': equipment_of(scene),
+        'source': scene.to_dict(),
+        'words': {
+            'happens': {str(kind): text for kind, text in HAPPENS.items()},
+            'cushions': [cushion_name(feature) for feature in range(HOLES)],
+        },
+        'table': _table(scene),
+        'cue': {'length': scene.cue.length or DRAWN_CUE_LENGTH, 'tip_curvature': curvature},
+        'balls': [
+            {'name': name, 'colour': ball_colour(name), 'striped': is_striped(name)}
+            for name in setting_of(scene).names
+        ],
+    }
+
+
+def _table(scene: Scene) -> dict[str, Any] | None:
+    if scene.table is None:
+        return None
+    outline = outline_of(scene)
+    return {
+        'size': [scene.table.length, scene.table.width],
         'cushions': [cushion.tolist() for cushion in outline.cushions],
         'holes': outline.holes.tolist(),
         'back': outline.back.tolist(),
         'frame': outline.frame.tolist(),
         'height': outline.height,
     }
-
-
-def _cue(shot: Shot, trails: Trails) -> dict[str, Any]:
-    cue = cue_motion(shot, trails)
-    return {
-        'tip': cue.tip.tolist(),
-        'direction': cue.direction.tolist(),
-        'length': shot.scene.cue.length or DRAWN_CUE_LENGTH,
-        'swing': cue.swing,
-        'time': cue.time,
-        'after': cue.after,
-    }
-
-
-def _stroke(shot: Shot) -> dict[str, Any]:
-    """Collect the numbers of the stroke, and where the tip and its axis meet the ball's face."""
-    ball = shot.scene.ball.radius
-    a, b, elevation, azimuth, speed = shot.stroke.offsets
-    touch = shot.stroke.touching(shot.scene.cue.tip_curvature_radius / ball)
-    return {
-        'a': a,
-        'b': b,
-        'elevation_deg': math.degrees(elevation),
-        'azimuth_deg': math.degrees(azimuth),
-        'speed': speed,
-        'touch': touch.offsets[:2],
-    }
-
-
-def _ball(trails: Trails, name: str, number: int, path: str | None) -> dict[str, Any]:
-    ball = trails.balls[name]
-    vectors = 'position', 'velocity', 'acceleration', 'spin', 'spin_acceleration'
-    numbers = [ball.rows['time'], ball.rows['motion'], *(ball.rows[each].T for each in vectors)]
-    times, turns = orientations(ball, trails.until, _first(number))
-    return {
-        'name': name,
-        'colour': ball_colour(name),
-        'striped': is_striped(name),
-        'path': path,
-        'pale': path == PALE_ON_PAGE,
-        'trails': [
-            {
-                'motion': piece.motion.name.lower(),
-                'points': np.round(piece.points, 5).ravel().tolist(),
-            }
-            for piece in trails.pieces(name)
-            if piece.motion in DRAWN_MOTIONS
-        ],
-        'segments': np.vstack(numbers).T.tolist(),
-        'times': np.round(times, 6).tolist(),
-        'turns': np.round(turns, 5).ravel().tolist(),
-    }
-
-
-def _first(number: int) -> NDArray[np.float64]:
-    """Choose the first orientation of a ball: its number up, tilted to its own side."""
-    around = 2.4 * number  # the golden angle: no two balls are tilted to the same side
-    # the number, at +x with its head at +z, comes to +z with its head at +x
-    up = product(rotation(math.pi * UPWARD), rotation(-0.5 * math.pi * ACROSS))
-    aside = rotation(0.6 * np.array([math.cos(around), math.sin(around), 0.0]))
-    return product(aside, up)
-
-
-def _events(shot: Shot) -> list[dict[str, Any]]:
-    if shot.status.refused:
-        return []
-    return [
-        {'time': 0.0, 'kind': 'strike', 'balls': [CUE_BALL], 'text': 'cue strikes'},
-        *({'time': e.time, 'kind': e.kind, 'balls': e.balls, 'text': str(e)} for e in shot.events),
-    ]

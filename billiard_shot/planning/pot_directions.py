@@ -174,7 +174,7 @@ def ball_fits(seen: Seen, x: float, y: float) -> bool:
 
 def example_tables(storage: Storage) -> tuple[Any, ...]:
     """Make a layout, and openings, axes, places and kinds as entries take them; see `Seen`."""
-    params = BallClothParams(*(1.0,) * 11, 0, 1.0, GATE_AUTO, GATE_AUTO)
+    params = BallClothParams(*(1.0,) * 10, 0, 1.0, GATE_AUTO, GATE_AUTO)
     return (
         lay_out(storage, params, ENDLESS),
         storage.zeros(2, ANGLES, SPEED_COUNT, 2),

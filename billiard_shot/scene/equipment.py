@@ -124,10 +124,20 @@ class Cue:
         check(self)
 
 
+def _stiffness_or_duration(contact: Any) -> Iterator[Mistake]:
+    stiffness, duration = contact.stiffness, contact.duration
+    if stiffness is None and duration is None:
+        yield Mistake(('duration',), 'is missing, and so is stiffness; one of them must be given')
+    if stiffness is not None and duration is not None:
+        yield Mistake(
+            ('stiffness',), f'must be omitted, because duration is given, got {stiffness!r}'
+        )
+
+
 @dataclass(frozen=True, slots=True)
 class ContactParameters:
     """
-    Parameters of a contact between two bodies.
+    Parameters of the contact of tip and ball, or of ball and cloth.
 
     Parameters
     ----------
@@ -135,23 +145,49 @@ class ContactParameters:
         Coefficient of restitution, 0 to 1.
     friction : float
         Coefficient of Coulomb friction, at least 0.
-    stiffness : float
-        Stiffness of the virtual spring, above 0; only ratios of stiffnesses matter.
+    stiffness : float, optional
+        Stiffness of the virtual spring, above 0; only ratios of stiffnesses matter. The contact
+        has either a stiffness or a duration.
+    duration : float, optional
+        Time from touch to parting at 2 m/s [s], above 0 and at most 20 ms: of a central hit by the
+        cue of the scene, or of a ball that falls onto the cloth. The restitution e is part of it:
+        with a linear spring of stiffness k it is (1 + e) / 2 pi sqrt(m / k), for the mass m of the
+        ball on the cloth, and for 1 / (1 / m + 1 / M) if a cue of mass M hits it.
 
     """
 
+    RULES: ClassVar = (_stiffness_or_duration,)
     restitution: float = number('', minimum=0, maximum=1)
     friction: float = number('', minimum=0)
-    stiffness: float = number('any unit', above=0)
+    stiffness: float | None = number('any unit', above=0, nullable=True)
+    duration: float | None = number('s', above=0, maximum=0.02, nullable=True)
 
     def __post_init__(self) -> None:
         check(self)
+
+
+def _stated_alike(contacts: Any) -> Iterator[Mistake]:
+    """
+    Mistakes of a tip and a cloth of which one has a stiffness, and the other one a duration.
+
+    A stiffness means nothing without that of the other contact.
+    """
+    tip, cloth = contacts.cue_ball, contacts.ball_table
+    for key, other in (('stiffness', 'duration'), ('duration', 'stiffness')):
+        values = [getattr(contact, each) for contact in (tip, cloth) for each in (key, other)]
+        if [value is not None for value in values] == [True, False, False, True]:
+            yield Mistake(
+                ('ball_table', key),
+                f'is missing: cue_ball has a {key}, so that ball_table must have one in place of '
+                f'its {other}, {values[-1]!r}',
+            )
 
 
 @dataclass(frozen=True, slots=True)
 class Contacts:
     """The contacts: tip and ball, ball and table (its cloth), ball and ball."""
 
+    RULES: ClassVar = (_stated_alike,)
     cue_ball: ContactParameters = section(ContactParameters)
     ball_table: ContactParameters = section(ContactParameters)
     ball_ball: BallBall = section(BallBall, optional=True)

@@ -53,16 +53,21 @@ def number(
     maximum: float | None = None,
     default: float | None = None,
     derived: Callable[[Any], float] | None = None,
+    nullable: bool = False,
 ) -> Any:
     """
     Field for a finite number [unit] within bounds.
 
-    Without `default` the number is required, unless `derived` computes it from the other fields.
+    Without `default` the number is required, unless `derived` computes it from the other fields,
+    or it is `nullable`. A nullable number is None if it is not given.
     """
+    convert = _number_within(unit, above, minimum, maximum)
     metadata: dict[str, Any] = {
-        TAKES: _number_within(unit, above, minimum, maximum),
+        TAKES: _or_none(convert) if nullable else convert,
         NUMBER: Range(unit, above, minimum, maximum),
     }
+    if nullable:
+        return dataclasses.field(default=None, metadata=metadata)
     if derived:
         return dataclasses.field(default=None, metadata=metadata | {DERIVED: derived})
     value = dataclasses.MISSING if default is None else default
@@ -216,6 +221,10 @@ def _number_within(
         return found
 
     return convert
+
+
+def _or_none(convert: Convert) -> Convert:
+    return lambda value: None if value is None else convert(value)
 
 
 def _in_thousandths(value: float, unit: str, maximum: float | None) -> str:

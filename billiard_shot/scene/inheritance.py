@@ -9,6 +9,9 @@ from billiard_shot.scene.errors import found_in, InputError, Mistake, must_be
 from billiard_shot.scene.yaml_file import read_yaml
 
 LIKE = 'like'
+# Contacts that have either of two keys: the one that is given replaces the one that is inherited.
+EITHER = {'stiffness': 'duration', 'duration': 'stiffness'}
+EITHER_IN = 'cue_ball', 'ball_table'
 
 
 def resolved(data: object, folder: Path, descent: tuple[Path, ...] = ()) -> object:
@@ -49,5 +52,8 @@ def merged(base: object, own: object) -> Any:
         return own
     result = {str(key): value for key, value in base.items()}
     for name, value in ((str(key), value) for key, value in own.items()):
-        result[name] = merged(result[name], value) if name in result else value
+        below = result.get(name)
+        if name in EITHER_IN and isinstance(below, Mapping) and isinstance(value, Mapping):
+            below = {key: each for key, each in below.items() if EITHER.get(key) not in value}
+        result[name] = merged(below, value) if name in result else value
     return result

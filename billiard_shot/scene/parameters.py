@@ -137,6 +137,8 @@ def _numbers(section: Any, path: tuple[str, ...]) -> Iterator[Parameter]:
     """List the numbers of a section, and of those in it; robot and noise are not among them."""
     for field in dataclasses.fields(section):
         value, here = getattr(section, field.name), (*path, field.name)
+        if value is None:
+            continue
         if NUMBER in field.metadata:
             found: Range = field.metadata[NUMBER]
             low = found.minimum if found.above is None else found.above
@@ -151,7 +153,7 @@ def _numbers(section: Any, path: tuple[str, ...]) -> Iterator[Parameter]:
                 published=published and published[:2],
                 source=published.source if published else '',
             )
-        elif SECTION_KEY in field.metadata and value is not None and here[0] not in PLAYER:
+        elif SECTION_KEY in field.metadata and here[0] not in PLAYER:
             yield from _numbers(value, here)
 
 

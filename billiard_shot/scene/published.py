@@ -25,6 +25,9 @@ PUBLISHED = {
     'ball.radius': Published(1.1225 * INCH, 1.1275 * INCH, EQUIPMENT),
     'cue.tip_curvature_radius': Published(9.0e-3, 10.6e-3, 'curvatures of a dime and a nickel'),
     'contacts.cue_ball.restitution': Published(0.71, 0.87, f'{PROPERTIES}: leather to phenolic'),
+    'contacts.cue_ball.duration': Published(
+        0.8e-3, 3e-3, 'Alciatore: high-speed films, phenolic and fast to soft and slow'
+    ),
     'contacts.ball_table.friction': Published(0.15, 0.4, PROPERTIES),
     'contacts.ball_ball.restitution': Published(0.92, 0.98, PROPERTIES),
     'cloth.sliding_friction': Published(0.15, 0.4, PROPERTIES),

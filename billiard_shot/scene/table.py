@@ -38,15 +38,16 @@ class BallBall:
         v). All are at least 0; friction_decay is in s/m. By default Alciatore's fit to Marlow's
         measurements (technical proof TP A.14). With friction_slow 0 the coefficient is constant.
     stiffness : float
-        Stiffness of the virtual spring, above 0, in the units of the other contacts; it matters
-        only if more than two bodies collide. 25: the duration of a contact is proportional to the
-        root of mass over stiffness; it is 0.25 ms for two balls and 1.3 ms for the tip (high-speed
-        films, Alciatore), whose stiffness is 1.5.
+        Stiffness of the virtual spring, above 0, in the units of the other contacts; of those with
+        a duration, the tip has the stiffness 1.5. It matters only if more than two bodies collide
+        and `duration` is 0 or the law is not `bistiffness`. 25: the duration of a contact is
+        proportional to the root of mass over stiffness; it is 0.25 ms for two balls and 1.3 ms for
+        the tip (high-speed films, Alciatore).
     duration : float
-        Duration of the contact of two balls that meet at 3 m/s [s], at least 0 and at most 10 ms;
-        at other speeds it follows from the exponent. While balls are in contact the impact is
-        passed on to balls at small distances. 0: contacts take no time. 0.25 ms: high-speed films
-        (Alciatore).
+        Duration of the contact of two balls that meet at 3 m/s [s], at least 0 and at most 10 ms,
+        as if their restitution were 1. At other speeds it follows from the exponent. While balls
+        are in contact the impact is passed on to balls at small distances. 0: contacts take no
+        time. 0.25 ms: high-speed films (Alciatore).
     gap : float
         Largest distance of balls that count as touching when one of them is hit (and of a ball and
         a cushion when it is struck) [m], at least 0 and at most 1 mm; if contacts take no time,
@@ -84,19 +85,19 @@ class Cushion:
         0.05 to 1; by default that of the model, see `CUSHIONS`.
     friction : float, optional
         At least 0; by default that of the model.
-    fading : float, optional
-        At a speed of approach v the restitution is divided by 1 + (fading v)^2; at least 0 [s/m].
-        At a speed of 1/fading half of it is left. By default that of the model.
+    early_fading, fading : float, optional
+        At a speed of approach v the restitution is divided by 1 + early_fading v + (fading v)^2;
+        at least 0 [s/m]. The first one is 0 by default, `fading` that of the model.
     height : float
         Height of the nose above the cloth, in ball diameters, 0.5 to 0.95. 0.635: WPA.
     depth : float
         Depth of the cushions from the nose outwards [m], above 0 and at most 1; the facings of
         pockets are as long. 2 in: WPA.
     duration : float
-        Duration of the contact of a ball that meets the cushion straight [s], at most 20 ms, at
-        least ten times that of two balls. Meanwhile the ball moves along the cushion, and if it
-        hops it may land. 0: contacts take no time. 5 ms: we found no measurement; 2 to 10 ms are
-        plausible.
+        Duration of the contact of a ball that meets the cushion straight at 3 m/s [s], as if its
+        restitution were 1; at most 20 ms, at least ten times that of two balls. Meanwhile the ball
+        moves along the cushion, and if it hops it may land. 0: contacts take no time. 5 ms: we
+        found no measurement; 2 to 10 ms are plausible.
     stiffness : float
         Stiffness of the virtual spring, above 0, in the units of the other contacts; it matters
         only if the struck ball touches a cushion. 0.1: a contact of 5 ms, as for
@@ -116,6 +117,7 @@ class Cushion:
         '', minimum=0.05, maximum=1, derived=lambda cushion: CUSHIONS[cushion.model][0]
     )
     friction: float = number('', minimum=0, derived=lambda cushion: CUSHIONS[cushion.model][1])
+    early_fading: float = number('s/m', minimum=0, default=0.0)
     fading: float = number('s/m', minimum=0, derived=lambda cushion: CUSHIONS[cushion.model][2])
     height: float = number('ball diameters', minimum=0.5, maximum=0.95, default=0.635)
     depth: float = number('m', above=0, maximum=1, default=0.0508)

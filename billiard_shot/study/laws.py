@@ -88,8 +88,8 @@ def sweeps(scene: Scene, stroke: Stroke, count: int = 201) -> Iterator[Parameter
     a, b, elevation, azimuth, speed = stroke.offsets
 
     def with_ratio(ratio: float) -> tuple[Scene, Stroke]:
-        table = replace(scene.contacts.ball_table, stiffness=1.0)
-        tip = replace(scene.contacts.cue_ball, stiffness=ratio)
+        table = replace(scene.contacts.ball_table, stiffness=1.0, duration=None)
+        tip = replace(scene.contacts.cue_ball, stiffness=ratio, duration=None)
         return replace(
             scene, contacts=replace(scene.contacts, cue_ball=tip, ball_table=table)
         ), stroke

@@ -11,12 +11,7 @@ import math
 from billiard_shot.compiled import inner, innermost
 from billiard_shot.table.motion import BallRecord, REST, ROLL, SLIDE, SPIN, stop_ball
 from billiard_shot.table.params import BallClothParams
-from billiard_shot.table.rolling import (
-    mean_deceleration,
-    resistance_rises,
-    rests_as_planned,
-    roll_on,
-)
+from billiard_shot.table.rolling import mean_deceleration, resistance_rises, roll_on, rolls_on
 
 ROUNDS = 4  # until speed and mean resistance agree
 
@@ -121,13 +116,12 @@ def snap_to_segment_end(params: BallClothParams, ball: BallRecord) -> bool:
     if ball.spin_ends:
         ball.spin[2] = 0.0
         return False
-    rolls = ball.motion == ROLL
-    rolls_on = rolls and resistance_rises(params) and not rests_as_planned(ball)
-    if rolls and not rolls_on:
+    goes_on = ball.motion == ROLL and rolls_on(params, ball)
+    if ball.motion == ROLL and not goes_on:
         ball.velocity[0] = 0.0
         ball.velocity[1] = 0.0
     set_rolling_spin(params, ball)
-    return rolls_on
+    return goes_on
 
 
 @inner

@@ -7,9 +7,10 @@ from billiard_shot.compiled import inner
 from billiard_shot.records import record, Vector3
 
 THE_CUE = -3  # in place of the index of a ball; see also NOTHING and IMPACT
-# Of tip and ball, at DURATION_SPEED [s]: high-speed films, Alciatore (billiards.colostate.edu).
-TIP_DURATION = 1.3e-3
 LONGEST_FOLLOW_THROUGH = 1.0  # s: nobody follows through for longer, however slowly
+# A tip chatters if it touches the ball again so soon after it touched it first [s], while the ball
+# is lower above the cloth than this [m]. Nobody can tell it from a strike with one hit.
+CHATTER_TIME, CHATTER_HEIGHT = 5e-3, 1e-3
 
 
 class CueParams(NamedTuple):
@@ -31,6 +32,7 @@ class CueParams(NamedTuple):
     ball_stiffness: float  # of two balls
     nose_stiffness: float  # of a cushion
     neighbour_reach: float  # m: balls and cushions at so small distances take part
+    tip_duration: float  # s, of a central hit
     interval: float  # s, after which pressed contacts take their normals anew
     on_cloth: bool  # whether the cloth under ball 0 takes part
     moves: bool  # whether bodies move during the impact
@@ -42,7 +44,7 @@ class CueParams(NamedTuple):
 
 
 NO_CUE = CueParams(
-    *(0.0,) * 3, 0.0, 1.0, 1.0, 0.0, 1.0, 1.0, 1.0, 1.0, 0.0, inf, True, False, 0.0, inf
+    *(0.0,) * 3, 0.0, 1.0, 1.0, 0.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0, inf, True, False, 0.0, inf
 )
 
 
@@ -68,16 +70,36 @@ class CueRecord:
     # whether they did.
     others: bool
     status: int  # Status: that of the impact, or why the stroke was refused
-    miscue: bool  # the tip still slid when it left the ball
+    miscue: bool  # the tip slid on the ball, see strike.py
     velocity: Vector3  # m/s, of ball 0 at the end of the strike
     spin: Vector3  # rad/s
     hits: int  # how often the tip met the ball; 0: the table cannot begin
+    chatter: bool  # the tip met the ball again, but too soon for a second hit, see `chatters`
+    double_hit: float  # s, when the cue first hit the ball again; 0: in the strike; inf: never
+    tip_time: float  # s, for how long the tip touched the ball in the strike
+    cloth_time: float  # s, for how long the ball pressed the cloth in the strike
     contacts: int  # of the impact, closed or not: those of tip and cloth come first
     impulses: Annotated[Any, 6]  # N s, on the cue and from the cloth on the ball: x, y, z each
     losses: Annotated[Any, 4]  # J: tip restitution, tip friction; the same of the cloth
     discontinuity_margin: float  # see `ContactResult`; the least of tip and cloth
     phases: int
     steps: int
+
+
+@inner
+def chatters(time: float, height: float) -> bool:
+    """
+    Whether a tip that meets the ball again, which touched only the cloth meanwhile, chatters.
+
+    Parameters
+    ----------
+    time : float
+        Since the tip met the ball first [s].
+    height : float
+        Of the ball above the cloth [m].
+
+    """
+    return time < CHATTER_TIME and height < CHATTER_HEIGHT
 
 
 @inner

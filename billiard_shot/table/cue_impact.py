@@ -36,7 +36,7 @@ def write_contact(c: ContactProperties, a: int, b: int, gap: float) -> None:
     """Write a contact of bodies a and b at a distance [m], with the vertical as its tangent."""
     c.body_a, c.body_b, c.gap = a, b, gap
     c.tangent[0], c.tangent[1], c.tangent[2] = UP
-    c.fading, c.decay, c.softening = 0.0, 0.0, 0.0
+    c.fading, c.decay, c.early_softening, c.softening = 0.0, 0.0, 0.0, 0.0
     c.keeps_normal, c.max_closings = False, UNLIMITED
 
 

@@ -11,7 +11,7 @@ from billiard_shot.numerics.vectors import dot, unit
 from billiard_shot.records import Array, Storage, Vector
 from billiard_shot.status import CUE_THROUGH_CLOTH, INVALID_STROKE, MISS, NEGATIVE_ELEVATION, OK
 from billiard_shot.table.clearance import clearance, nothing_around, Surroundings
-from billiard_shot.table.cue import CueParams, CueRecord, follow_through_time, TIP_DURATION
+from billiard_shot.table.cue import CueParams, CueRecord, follow_through_time
 from billiard_shot.table.geometry import TableModel
 from billiard_shot.table.initial_states import BallStart
 from billiard_shot.table.mapped_strike import ALL_SOLVED, Mapped, SOLVED, write_motion
@@ -112,7 +112,7 @@ def reaching_speed(table: TableModel, balls: list[BallStart], first: int, count:
                 u, v, w = p[0] - x, p[1] - y, p[2] - z
                 nearest = min(nearest, sqrt(u * u + v * v + w * w) - 2.0 * radius)
     near = nearest <= table.cue.neighbour_reach
-    return nearest / (FARTHEST * TIP_DURATION) if near else inf
+    return nearest / (FARTHEST * table.cue.tip_duration) if near else inf
 
 
 @inner
@@ -188,4 +188,4 @@ def strike_as_mapped(
         ball.velocity[k], ball.spin[k] = cue.velocity[k], cue.spin[k]
     if not q.on_cloth:  # a ball that would go down is put onto the cloth
         ball.velocity[2] = max(ball.velocity[2], 0.0)
-    cue.hits, cue.end = 1, follow_through_time(q.follow_through, cue.speed)
+    cue.hits, cue.double_hit, cue.end = 1, inf, follow_through_time(q.follow_through, cue.speed)

@@ -25,8 +25,9 @@ LEAST_RESTITUTION = 0.05  # that of scenes
 @innermost
 def restitution_at(n: TableNumbers, ball: BallRecord, x: float, y: float, z: float) -> float:
     """Restitution of a cushion with the normal (x, y, z) for a ball as fast as this one."""
-    speed = n.cushion_fading * (x * ball.velocity[0] + y * ball.velocity[1] + z * ball.velocity[2])
-    return max(n.cushion_restitution / (1.0 + speed * speed), LEAST_RESTITUTION)
+    speed = abs(x * ball.velocity[0] + y * ball.velocity[1] + z * ball.velocity[2])
+    late, early = n.cushion_fading * speed, n.cushion_early_fading * speed
+    return max(n.cushion_restitution / (1.0 + early + late * late), LEAST_RESTITUTION)
 
 
 @inner

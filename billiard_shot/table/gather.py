@@ -267,6 +267,7 @@ def add_edges(
         c = room.properties[contacts]
         bodies, contacts, found = bodies + 1, contacts + 1, True
         c.friction, c.restitution = n.cushion_friction, n.cushion_restitution
+        c.early_softening = n.cushion_early_fading * sqrt(2.0 / table.params.mass)
         c.softening = 2.0 * n.cushion_fading * n.cushion_fading / table.params.mass
         c.stiffness, c.keeps_normal = table.cue.nose_stiffness, True
     if found and member > 0 and contacts < len(room.properties):

@@ -46,7 +46,8 @@ class TableNumbers:
     cushion_model: int
     cushion_restitution: float
     cushion_friction: float
-    cushion_fading: float  # s/m, of the restitution
+    cushion_early_fading: float  # s/m, of the restitution, from low speeds on
+    cushion_fading: float  # s/m, of the restitution, at high speeds
     cushion_frequency_ratio: float  # of the tangential spring to the normal one; 0: none
     cushion_stiffness: float  # for a strike on a ball that touches a cushion
     cushion_duration: float  # s, of a contact; 0: none

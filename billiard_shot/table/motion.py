@@ -120,12 +120,8 @@ def start_ball(ball: BallRecord, position: Vector, velocity: Vector, spin: Vecto
     ball.meeting_time, ball.meets = math.inf, NOTHING
     ball.last_edge, ball.met_time, ball.met_after = -math.inf, math.inf, 0
     ball.spin_ends, ball.modified = False, False
-    ball.roll_first, ball.roll_then, ball.roll_turn, ball.roll_until = (
-        0.0,
-        0.0,
-        -math.inf,
-        math.inf,
-    )
+    ball.roll_first, ball.roll_then = 0.0, 0.0
+    ball.roll_turn, ball.roll_until = -math.inf, math.inf
     ball.nose, ball.impact = NOTHING, NOTHING
 
 

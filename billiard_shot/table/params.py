@@ -20,7 +20,6 @@ class BallClothParams(NamedTuple):
     spin_deceleration: float  # of the spin about the vertical, rad/s^2
     cloth_restitution: float  # of a bounce
     cloth_friction: float  # coefficient in a bounce
-    cloth_stiffness: float  # of its virtual spring, under a ball that a strike presses to a nose
     law: int  # of restitution in clusters, see billiard_shot.impact.laws
     exponent: float  # of the virtual springs
     flight_gate: int  # GATE_AUTO, GATE_ON or GATE_OFF
@@ -42,7 +41,8 @@ class TableParams(NamedTuple):
     cushion_model: int  # see cushion_models.py
     cushion_restitution: float
     cushion_friction: float
-    cushion_fading: float  # s/m, of the restitution
+    cushion_early_fading: float  # s/m, of the restitution, from low speeds on
+    cushion_fading: float  # s/m, of the restitution, at high speeds
     cushion_frequency_ratio: float  # of the tangential spring to the normal one; 0: none
     cushion_stiffness: float  # for a strike on a ball that touches a cushion
     cushion_duration: float  # s, of a contact; 0: none

@@ -127,6 +127,7 @@ def roll_on(params: BallClothParams, ball: BallRecord, speed: float) -> tuple[fl
 
 
 @innermost
-def rests_as_planned(ball: BallRecord) -> bool:
-    """Whether a rolling ball rests at the end of its segment, which is now."""
-    return ball.roll_until == math.inf and ball.time > ball.roll_turn
+def rolls_on(params: BallClothParams, ball: BallRecord) -> bool:
+    """Whether a rolling ball whose segment ends does not rest."""
+    rests = ball.roll_until == math.inf and ball.time > ball.roll_turn
+    return resistance_rises(params) and not rests

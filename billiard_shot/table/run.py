@@ -185,13 +185,14 @@ class TableRun:
         if cause == Cause.POCKET:
             place = POCKET_NAMES[other]
         elif cause == Cause.CUSHION:
-            place = _cushion_name(other)
+            place = cushion_name(other)
         for kind in kinds_of(Motion(before), Motion(after), Cause(cause)):
             yield TableEvent(time, kind, balls, place, position, energy, energy_after=energy_after)
             energy = energy_after  # all that is lost is booked to the first
 
 
-def _cushion_name(feature: int) -> str:
+def cushion_name(feature: int) -> str:
+    """Name a straight nose, facing or arc of the cushions, by its number."""
     if feature < FACINGS:
         return NOSE_NAMES[feature]
     return f'jaw of {POCKET_NAMES[(feature - (FACINGS if feature < ARCS else ARCS)) // 2]}'

@@ -34,7 +34,7 @@ HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 SCENE = 'blocked'
 STROKE = Stroke.from_offsets(
-    a=-0.43, b=-0.17, elevation=math.radians(56), azimuth=math.radians(-35.1), speed=2.02
+    a=-0.36, b=-0.11, elevation=math.radians(56), azimuth=math.radians(-30.4), speed=1.94
 )
 NODES = ('table_display', 'predictor')
 TOPICS = ('/table_display/table', '/table_display/balls', '/predictor/markers')

@@ -97,6 +97,7 @@ def played(scene, tables, offsets):
         ('pool_table', 200),
         ('frozen_combination', 200),
         ('blocked', 200),
+        ('carom', 200),
         ('nine_ball', 120),
         ('eight_ball', 80),
     ],

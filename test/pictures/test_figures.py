@@ -160,7 +160,7 @@ def test_titles_of_figures_state_what_the_shots_do():
     assert f'{masse().stroke.speed:.1f}' == '16.5'
     tip = [0 in phase.active for phase in masse().impact.phases]
     assert sum(now and not before for before, now in pairwise([False, *tip])) == 3
-    assert f'{math.degrees(jump().stroke.offsets[2]):.0f}' == '32'
+    assert f'{math.degrees(jump().stroke.offsets[2]):.0f}' == '40'
     assert around().stroke.offsets[2] == pytest.approx(math.radians(56))
 
 
@@ -172,7 +172,7 @@ def test_the_home_page_shows_the_shot_of_its_command(tmp_path, monkeypatch):
     assert main(command.split()) == 0
     page = (tmp_path / 'shot.html').read_text()
     data = json.loads(re.search(r'<script id="data"[^>]*>(.*?)</script>', page)[1])
-    assert data['balls'] == json.loads(json.dumps(view_data(jump(), '')['balls']))
+    assert data['start'] == json.loads(json.dumps(view_data(jump(), '')['start']))
 
 
 @pytest.mark.parametrize('shot', [masse(), english()])

@@ -24,7 +24,6 @@ from billiard_shot.shot.play import play
 from billiard_shot.shot.setting import alone
 from billiard_shot.shot.strike_model import NORMALS_MOVE_FROM
 from billiard_shot.shot.stroke import vectors_of
-from billiard_shot.table.cue import TIP_DURATION
 from billiard_shot.table.cue_placement import FARTHEST
 from billiard_shot.table.mapped_strike import SOLVED
 from billiard_shot.table.task import run_tables
@@ -142,7 +141,7 @@ def test_strokes_among_near_balls_are_mapped_if_they_reach_none():
     limits = limits_of(scene, None, NOISE)
     near = problem_of(scene, target_of(scene, {'hit': '8'}), limits, NOISE)
     limit = near.setting.reaching
-    assert limit == pytest.approx(gap / (FARTHEST * TIP_DURATION))
+    assert limit == pytest.approx(gap / (FARTHEST * SCENE.contacts.cue_ball.duration))
     strokes = cloud((0.0, 0.0, 0.1, 0.0, limit), 400)
     found = mapped(scene, strokes, near.sigmas, slower_than=limit)
     assert ((found.number != SOLVED) == (strokes[:, 4] < limit)).all()

@@ -44,7 +44,7 @@ LINES = {
     'cue.mass': 7,
     'cue.guided': 8,
     'contacts.cue_ball.restitution': 10,
-    'contacts.ball_table.stiffness': 11,
+    'contacts.ball_table.duration': 11,
     'effects.flight': 13,
     'effects.teleport': 14,
     'balls.8': 17,
@@ -71,7 +71,7 @@ def test_all_mistakes_with_their_lines(bad):
     )
     assert 'the nearest key is radius' in text
     assert 'line 7: cue.mass is there twice, first in line 6' in text
-    assert 'line 11: contacts.ball_table.stiffness is missing' in text
+    assert 'line 11: contacts.ball_table.duration is missing, and so is stiffness' in text
     assert (
         "line 17: balls.8 must be at least 57.2 mm from ball 'cue', which it overlaps by 7.2 mm"
         in text

@@ -21,6 +21,19 @@ def test_parameters_have_values_units_bounds_and_published_ranges():
     assert (mass.unit, mass.low) == ('kg', 0.0)
 
 
+def test_contacts_have_a_stiffness_or_a_duration_among_their_numbers():
+    for name, given, lacking in (
+        ('pool', 'duration', 'stiffness'),
+        ('paper', 'stiffness', 'duration'),
+    ):
+        listed = [each.name for each in Scene.load(name).parameters()]
+        assert f'contacts.ball_table.{given}' in listed
+        assert f'contacts.ball_table.{lacking}' not in listed
+    name = 'contacts.cue_ball.duration'
+    (tip,) = SCENE.with_parameters([name], [0.9e-3]).parameters([name])
+    assert (tip.value, tip.unit, tip.published) == (0.9e-3, 's', (0.8e-3, 3e-3))
+
+
 def test_all_numbers_are_listed_once_and_lie_within_their_bounds():
     for name in Scene.names():
         listed = Scene.load(name).parameters()

@@ -154,6 +154,54 @@ def test_wrong_contact_is_named(data, key, value, allowed):
 
 
 @pytest.mark.parametrize(
+    ('contacts', 'text'),
+    [
+        (
+            {'cue_ball': {'stiffness': 1.5}},
+            'ball_table.stiffness is missing: cue_ball has a stiffness, so that ball_table must '
+            'have one in place of its duration, 0.0007',
+        ),
+        (
+            {'ball_table': {'stiffness': 1.0}},
+            'ball_table.duration is missing: cue_ball has a duration, so that ball_table must '
+            'have one in place of its stiffness, 1.0',
+        ),
+        (
+            {'cue_ball': {'stiffness': 1.5, 'duration': 0.001}},
+            'cue_ball.stiffness must be omitted, because duration is given, got 1.5',
+        ),
+        (
+            {'cue_ball': {'duration': 1.3}},
+            'cue_ball.duration must be a finite number above 0 and at most 0.02, got 1.3 (s); '
+            '1.3 ms are 0.0013 s',
+        ),
+    ],
+)
+def test_a_contact_has_either_a_stiffness_or_a_duration_as_the_other_one_has(contacts, text):
+    with pytest.raises(ValueError, match=f'^scene: contacts.{re.escape(text)}$'):
+        Scene.from_dict({'like': 'pool', 'contacts': contacts})
+
+
+def test_a_contact_that_is_neither_stiff_nor_lasting_is_named():
+    with pytest.raises(ValueError, match=r'^duration is missing, and so is stiffness'):
+        ContactParameters(0.5, 0.2)
+
+
+def test_a_stiffness_or_a_duration_replaces_what_a_scene_inherits():
+    ratio = {'cue_ball': {'stiffness': 2.0}, 'ball_table': {'stiffness': 1.0}}
+    pool, paper = Scene.load('pool'), Scene.load('paper')
+    contacts = Scene.from_dict({'like': 'pool', 'contacts': ratio}).contacts
+    expected = dataclasses.replace(pool.contacts.cue_ball, stiffness=2.0, duration=None)
+    assert contacts.cue_ball == expected
+    lasting = {'cue_ball': {'duration': 1e-3}, 'ball_table': {'duration': 5e-4}}
+    contacts = Scene.from_dict({'like': 'paper', 'contacts': lasting}).contacts
+    expected = dataclasses.replace(paper.contacts.ball_table, stiffness=None, duration=5e-4)
+    assert contacts.ball_table == expected
+    quick = Scene.from_dict({'like': 'pool', 'contacts': {'ball_ball': {'duration': 0}}})
+    assert quick.contacts.ball_ball.stiffness == 25.0  # has both
+
+
+@pytest.mark.parametrize(
     ('key', 'value', 'text'),
     [
         (

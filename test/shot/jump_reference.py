@@ -9,7 +9,7 @@ across it while it touches the ball, and is back on the axis when they part.
 
 import math
 
-DURATION = 1.3e-3  # s, of a contact of tip and ball
+TIP_DURATION, CLOTH_DURATION = 1.3e-3, 0.7e-3  # s, from touch to parting
 STEP = 1e-6  # s
 END = 0.012  # s
 
@@ -23,7 +23,6 @@ def rising_speed(
     mass: float = 0.17,
     radius: float = 0.028575,
     table_restitution: float = 0.5,
-    stiffness_ratio: float = 1.5,
     end_mass: float = 0.0042,
 ) -> float:
     """
@@ -38,8 +37,10 @@ def rising_speed(
 
     """
     cos, sin = math.cos(elevation), math.sin(elevation)
-    k_tip = (math.pi / DURATION) ** 2 / (1.0 / cue_mass + 1.0 / mass)
-    k_table = k_tip / stiffness_ratio
+    half_turn = 0.5 * math.pi * (1.0 + restitution)  # omega times the duration
+    k_tip = (half_turn / TIP_DURATION) ** 2 / (1.0 / cue_mass + 1.0 / mass)
+    half_turn = 0.5 * math.pi * (1.0 + table_restitution)
+    k_table = (half_turn / CLOTH_DURATION) ** 2 * mass
     x = z = vx = vz = 0.0  # of the ball
     along, across, v_along, v_across = -radius, 0.0, speed, 0.0  # of the tip
     y_tip = y_table = 0.0

@@ -6,7 +6,7 @@ between them. In each step:
 
 1. A pressed spring closes as fast as its bodies approach, or opens 1/e^2 times as fast as they
    part (Liu, Zhao, Brogliato 2008). A cushion's restitution is that of the energy at the peak of
-   its spring: e / (1 + (softening v)^2), with the speed v of a ball of that energy.
+   its spring: e / (1 + early v + (softening v)^2), with the speed v of a ball of that energy.
 2. A spring that is empty ends its contact. Contacts close when the bodies are as near as they were
    when the contact ended, or as they touched at first.
 3. Friction is the impulse of each step that brings the slips nearest to zero within Coulomb's
@@ -49,6 +49,7 @@ class Springs(NamedTuple):
     fading: np.ndarray
     decay: np.ndarray  # s/m
     restitution: np.ndarray
+    early: np.ndarray  # s/m
     softening: np.ndarray  # s/m
     stiffness: np.ndarray  # N/m^exponent
 
@@ -175,8 +176,9 @@ def integrate(s, cue, exponent, mass, inertia, radius, reach, tip, speed, place,
                 if opening >= 0.0 and not restores[j]:
                     restores[j] = True
                     energy = s.stiffness[j] * y[j] ** (exponent + 1.0) / (exponent + 1.0)
-                    fast = s.softening[j] ** 2 * 2.0 * energy / mass
-                    rate[j] = max(s.restitution[j] / (1.0 + fast), 0.05) ** -2
+                    fast = math.sqrt(2.0 * energy / mass)
+                    fall = 1.0 + s.early[j] * fast + (s.softening[j] * fast) ** 2
+                    rate[j] = max(s.restitution[j] / fall, 0.05) ** -2
                 elif opening < 0.0:
                     restores[j] = False
                 y[j] -= step * opening * (rate[j] if restores[j] else 1.0)

@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+from setups import SLOW_CLOTH
 
 from billiard_shot import EventKind, machine_code, predict, predict_batch, Scene, Status, Stroke
 from billiard_shot.scene import Effects
@@ -35,9 +36,9 @@ def test_two_frozen_balls_leave_together():
     scene = scene_of(cue=(0.0, 0.0), one=(2 * R, 0.0))
     shot = predict(scene, LEVEL)
     alone = predict(scene_of(cue=(0.0, 0.0)), LEVEL)
-    first = shot.run.at(0.0)
-    assert first['one'].velocity[0] > 1.0
-    assert 0 < shot.velocity[0] < first['one'].velocity[0]
+    soon = {name: ball.velocity[0] for name, ball in shot.run.at(1e-3).items()}
+    assert soon['one'] > 1.0
+    assert 0 < soon['cue'] < soon['one']  # they met for the last time after the tip had parted
     assert shot.velocity[0] < alone.velocity[0]
     assert shot.cue_speed < alone.cue_speed  # it moves two balls
     assert len(shot.impact.dissipated) == 3
@@ -52,7 +53,8 @@ def test_two_frozen_balls_leave_together():
 
 
 def test_a_steep_strike_squeezes_the_ball_from_one_ball_to_the_next():
-    scene = scene_of(cue=(0.0, 0.0), one=(2.0 * R + 2e-4, 0.0), two=(0.0, 2.0 * R + 2e-3))
+    places = {'cue': (0.0, 0.0), 'one': (2.0 * R + 2e-4, 0.0), 'two': (0.0, 2.0 * R + 2e-3)}
+    scene = Scene.from_dict({'like': 'pool_table', 'contacts': SLOW_CLOTH, 'balls': places})
     stroke = Stroke.from_offsets(
         a=-0.0953, b=-0.202, elevation=1.2724, azimuth=0.1988, speed=4.3633
     )
@@ -73,7 +75,7 @@ def velocities_behind_a_gap(gap, angle, stroke=LEVEL):
     away = 2 * R + gap
     scene = scene_of(cue=(0.0, 0.0), one=(away * math.cos(angle), away * math.sin(angle)))
     shot = predict(scene, stroke)
-    return np.concatenate([ball.velocity for ball in shot.run.at(0.01).values()])
+    return np.concatenate([ball.velocity for ball in shot.run.at(0.012).values()])
 
 
 @pytest.mark.parametrize('angle', [0.0, 0.5, 1.0])
@@ -103,7 +105,7 @@ def largest_step(gaps, angle, below):
     return largest
 
 
-@pytest.mark.parametrize('gap', [0.0, 1e-6, 1e-3, 3e-3])
+@pytest.mark.parametrize('gap', [0.0, 1e-6, 1e-3, 1.5e-3])
 def test_balls_begin_where_the_strike_leaves_them(gap):
     shot = predict(scene_of(cue=(0.0, 0.0), one=(2 * R + gap, 0.0)), LEVEL)
     cue, one = (state.position for state in shot.run.at(0.0).values())

@@ -12,6 +12,7 @@ from billiard_shot import predict, predict_batch, Scene, Status, Stroke
 from billiard_shot.scene import Effects
 from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.strike_model import cue_params, NORMALS_MOVE_FROM
+from billiard_shot.table.contact_duration import stiffness_of
 from billiard_shot.table.cue_impact import CLOTH_CONTACT, MAX_HITS, TIP_CONTACT
 from billiard_shot.table.effects import table_on
 
@@ -28,8 +29,8 @@ def springs_of(scene, params):
     """State tip, cloth, balls and the nose at the foot in the terms of the reference."""
     nowhere, model = np.zeros(3), model_of(scene)
     places = np.array([[*place, R] for place in scene.balls.values()])
-    cloth = model.restitution[CLOTH_CONTACT], 0.0, params.cloth_stiffness
-    tip = model.restitution[TIP_CONTACT], 0.0, params.stiffness
+    cloth = model.restitution[CLOTH_CONTACT], 0.0, 0.0, params.cloth_stiffness
+    tip = model.restitution[TIP_CONTACT], 0.0, 0.0, params.stiffness
     rows = [
         (CLOTH, 0, -1, nowhere, nowhere, 0.0, model.friction[TIP_CONTACT], 0.0, 0.0, *tip),
         (CLOTH, 0, -1, nowhere, nowhere, 0.0, model.friction[CLOTH_CONTACT], 0.0, 0.0, *cloth),
@@ -38,12 +39,13 @@ def springs_of(scene, params):
     if len(places) > 1:
         friction = balls.friction_fast + balls.friction_slow
         fading = balls.friction_slow, balls.friction_decay
-        law = balls.restitution, 0.0, params.ball_stiffness
+        law = balls.restitution, 0.0, 0.0, params.ball_stiffness
         rows.append((BALL, 0, 1, nowhere, nowhere, 0.0, friction, *fading, *law))
     for ball, place in enumerate(places):
         if place[0] > 0.5 * scene.table.length - 2.0 * R:
             point = np.array([0.5 * scene.table.length, 0.0, nose.height * 2.0 * R])
-            along, law = np.array([0.0, 1.0, 0.0]), (nose.restitution, nose.fading)
+            along = np.array([0.0, 1.0, 0.0])
+            law = nose.restitution, nose.early_fading, nose.fading
             rows.append((EDGE, ball, -1, point, along, 0.0, nose.friction, 0.0, 0.0, *law,
                          params.nose_stiffness))  # fmt: skip
             if ball > 0:
@@ -103,6 +105,8 @@ def test_strikes_agree_with_an_integration_of_the_true_geometry(kind, cue):
     rng, errors = np.random.default_rng(11), []
     for _ in range(6):
         scene = Scene.from_dict({**cue, 'balls': places(kind, rng)})
+        if kind == 'cushion':
+            scene = scene.with_parameters(['table.cushion.early_fading'], [0.2])
         ahead = 1.0 if kind == 'ball and cushion' else 0.0
         found, wanted, hits, closings = both(scene, steep(rng, ahead + rng.uniform(-0.8, 0.8)))
         assert hits == closings
@@ -182,8 +186,10 @@ def test_no_ratio_of_masses_or_stiffnesses_makes_energy(seed):
         inverse_end_mass=1.0 / (ball.mass * end) if seed % 2 else 0.0,
         friction=tuple(rng.uniform(0.0, 1.0, 2).tolist()),
         restitution=tuple(rng.uniform(0.05, 1.0, 2).tolist()),
-        stiffness=(stiffness, 1.0),
     )
+    hit = 2.0 / (1.0 / model.cue_mass + 1.0 / ball.mass)
+    tip = stiffness_of(hit, model.tip_duration, model.exponent)
+    model = model._replace(stiffness=(tip, tip / stiffness))
     axes, normals = directions(rng, 40)
     place, speed = np.array([[0.0, 0.0, ball.radius]]), 10.0 ** rng.uniform(-1.0, 1.0, 40)
     run = strike(model, place, axes, normals, speed)

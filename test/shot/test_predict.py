@@ -107,7 +107,7 @@ def test_squirt_is_alciatores(a):
         POOL,
         contacts={
             **POOL.to_dict()['contacts'],
-            'cue_ball': {'restitution': 0, 'friction': 0.6, 'stiffness': 1.5},
+            'cue_ball': {'restitution': 0, 'friction': 0.6, 'duration': 0.0013},
         },
         cue={'end_mass': 0.17 / 30},
     )

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from setups import SLOW_CLOTH
 
 from billiard_shot import Scene, Stroke
 from billiard_shot.cli import main
@@ -53,9 +54,9 @@ def test_guided_strokes_are_discontinuous_under_law_energetic_only():
 
 
 def test_a_light_end_is_discontinuous_only_where_it_can_wedge():
-    places = []
+    places, slow = [], Scene.from_dict({'like': 'pool', 'contacts': SLOW_CLOTH})
     for stroke in random_strokes(6, seed=1):
-        *_, elevation, _ = sweeps(POOL, stroke, 81)
+        *_, elevation, _ = sweeps(slow, stroke, 81)
         places += [
             elevation.problem(discontinuity.place, 'bistiffness')
             for discontinuity in discontinuities(

@@ -18,7 +18,6 @@ POOL = BallClothParams(
     spin_deceleration=10.0,
     cloth_restitution=0.5,
     cloth_friction=0.2,
-    cloth_stiffness=1.0,
     law=0,
     exponent=1.0,
     flight_gate=0,

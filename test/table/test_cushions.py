@@ -51,6 +51,18 @@ def test_han_is_for_balls_on_the_cloth():
     assert '1 in the air, where `han` does not hold' in CushionEffect().evaluate(context).reason
 
 
+@pytest.mark.parametrize('model', ['mathavan', 'han'])
+@pytest.mark.parametrize('speed', [0.2, 1.0, 5.0])
+def test_restitution_fades_with_speed_early_and_late(model, speed):
+    numbers = {'restitution': 0.93, 'friction': 0.0, 'early_fading': 0.06, 'fading': 0.1}
+    scene = scene_with(cushion={'model': model, 'height': 0.5, **numbers})
+    run = play(scene, cue=state(1.23, 0.3, (speed, 0, 0)))
+    hit = next(e for e in run.events if e.kind == EventKind.CUSHION)
+    met = run.balls['cue'].at(np.nextafter(hit.time, 0.0)).velocity[0]
+    left = -after(run, 'cue', EventKind.CUSHION).velocity[0] / met
+    assert left == pytest.approx(0.93 / (1.0 + 0.06 * met + (0.1 * met) ** 2), rel=1e-3)
+
+
 @pytest.mark.parametrize('scene', [POOL, HAN], ids=['mathavan', 'han'])
 def test_a_mirrored_shot_is_mirrored(scene):
     states = {'cue': ((2, 1.1, 0), (20, 30, 40))}

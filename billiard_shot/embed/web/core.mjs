@@ -12,47 +12,54 @@
  * far results of law `energetic` jump, which `error` and `status` do not tell here.
  *
  * @typedef {Record<string, number[]>} Balls where balls lie (x, y), by names; the others are absent
- * @typedef {Record<string, number>} Stroke as of `Stroke.from_offsets`; what is not given is 0
+ * @typedef {Record<string, number>} Stroke as of `Stroke.from_offsets`; what is not given is 0.
+ *     Or the vectors `normal` and `velocity` of a `Stroke`
  * @typedef {Record<string, number>} Noise standard deviations of normal errors of a stroke
  * @typedef {{ball: string, pocket?: string}} Target a ball that is to fall; the cue ball must not
  */
 
 const WORD = 8; // bytes of a number, and of a word of a table of arguments
 const PAGE = 65536; // bytes by which a memory of WebAssembly grows
+const STROKES = ['strokes.normals', 'strokes.velocities'];
 const RECORD = ['tables.segments', 'tables.events', 'room.participants'];
 const OFFSETS = ['a', 'b', 'elevation', 'azimuth', 'speed'];
+const VECTORS = ['normal', 'velocity'];
+const FINITE = [-1e12, 1e12, 'finite'];
+const REFUSED = 100; // the first status of strokes that are refused
+const END = 4; // numbers of the end of a ball in a sample
 const Z95 = 1.959963984540054; // quantile of a two-sided 95 % interval
 const WORKER = 'billiard_shot'; // name of the workers that run this file
 const CORES = globalThis.Worker ? navigator.hardwareConcurrency : 0;
 
-const READ = {
-  f8: (view, at) => view.getFloat64(at, true),
-  i8: (view, at) => Number(view.getBigInt64(at, true)),
-  b1: (view, at) => view.getUint8(at) !== 0,
+const READ = { // word number `at`; the bytes of a browser are in the order of WebAssembly
+  f8: ({ doubles }, at) => doubles[at],
+  i8: ({ integers }, at) => Number(integers[at]),
+  b1: ({ bytes }, at) => bytes[WORD * at] !== 0,
 };
 const WRITE = {
-  f8: (view, at, value) => view.setFloat64(at, Number(value), true),
-  i8: (view, at, value) => view.setBigInt64(at, BigInt(value), true),
-  b1: (view, at, value) => view.setUint8(at, Number(value)),
+  f8: ({ doubles }, at, value) => { doubles[at] = value; },
+  i8: ({ integers }, at, value) => { integers[at] = BigInt(value); },
+  b1: ({ bytes }, at, value) => { bytes[WORD * at] = value; },
 };
 const numbers = (kind) => ({ size: WORD, fields: [{ name: '', kind, shape: [], offset: 0 }] });
 const product = (shape) => shape.reduce((a, b) => a * b, 1);
-const nameOf = (names, number) => Object.keys(names).find((name) => names[name] === number);
+const byNumber = (names) => Object.fromEntries(Object.entries(names).map((each) => each.reverse()));
 
 /** Records, or numbers, one after the other in memory. */
 class Rows {
   constructor(buffer, start, length, layout) {
-    Object.assign(this, { length, layout });
-    this.bytes = new Uint8Array(buffer, start, length * layout.size);
-    this.view = new DataView(buffer, start, length * layout.size);
+    const size = length * layout.size;
+    Object.assign(this, { length, layout, bytes: new Uint8Array(buffer, start, size) });
+    this.doubles = new Float64Array(buffer, start, size / WORD);
+    this.integers = new BigInt64Array(buffer, start, size / WORD);
   }
 
   /** Return a row: a number, or a record as an object. */
   get(row) {
     const values = {};
     for (const { name, kind, shape, offset } of this.layout.fields) {
-      const at = row * this.layout.size + offset;
-      const read = (k) => READ[kind](this.view, at + WORD * k);
+      const at = (row * this.layout.size + offset) / WORD;
+      const read = (k) => READ[kind](this, at + k);
       values[name] = shape.length ? Array.from({ length: shape[0] }, (_, k) => read(k)) : read(0);
     }
     return '' in values ? values[''] : values;
@@ -65,9 +72,9 @@ class Rows {
   /** Write a number, or some fields of a record. */
   set(row, values) {
     for (const { name, kind, offset } of this.layout.fields) {
-      const at = row * this.layout.size + offset;
+      const at = (row * this.layout.size + offset) / WORD;
       const given = name ? (values[name] ?? []) : values;
-      [given].flat().forEach((value, k) => WRITE[kind](this.view, at + WORD * k, value));
+      [given].flat().forEach((value, k) => WRITE[kind](this, at + k, value));
     }
   }
 
@@ -102,7 +109,7 @@ class Heap {
 class Call {
   constructor(heap, name, values) {
     // `places`: slot, shape, start and layout of each array, by its path, such as `tables.balls`
-    Object.assign(this, { heap, name, places: {} });
+    Object.assign(this, { heap, name, places: {}, slots: {} });
     const entry = heap.description.entries[name];
     this.table = heap.take(WORD * entry.words);
     this.write(entry.arguments, values, '');
@@ -114,8 +121,12 @@ class Call {
   }
 
   rows(path) {
-    const { start, shape, layout } = this.places[path];
-    return new Rows(this.heap.memory.buffer, start, product(shape), layout);
+    const { buffer } = this.heap.memory; // another one if the memory has grown
+    const place = this.places[path];
+    if (place.rows?.bytes.buffer !== buffer) {
+      place.rows = new Rows(buffer, place.start, product(place.shape), place.layout);
+    }
+    return place.rows;
   }
 
   /** Write arguments, as Python exports them; `before`: of their paths. */
@@ -130,7 +141,8 @@ class Call {
         this.place(path, { slot, shape: value.shape, layout });
         this.rows(path).fill(value.values ?? []);
       } else {
-        this.words(slot, kind, [value]);
+        this.slots[path] = { slot, kind };
+        this.put(path, value);
       }
     }
   }
@@ -141,35 +153,46 @@ class Call {
     new Rows(buffer, this.table + WORD * slot, values.length, numbers(kind)).fill(values);
   }
 
+  /** Write an argument that is a number. */
+  put(path, value) {
+    const { slot, kind } = this.slots[path];
+    this.words(slot, kind, [value]);
+  }
+
   /** Take memory for an array, all zero. */
   place(path, array) {
     const start = this.heap.take(product(array.shape) * array.layout.size);
     this.words(array.slot, 'i8', [start, ...array.shape]);
-    this.places[path] = { ...array, start };
+    this.places[path] = { ...array, start, rows: null };
   }
 }
 
 /** A shot that was played. */
 class Shot {
-  constructor({ scene, constants }, end, outcomes, record) {
-    Object.assign(this, { scene, constants, record });
-    this.status = nameOf(constants.Status, end.status);
+  #record; // segments, events and who takes part in them
+
+  constructor({ scene, meanings }, end, cue, outcomes, record) {
+    Object.assign(this, { scene, meanings });
+    this.#record = record;
+    this.status = meanings.Status[end.status];
+    this.refused = end.status >= REFUSED; // nothing was played
     this.error = end.error; // m, estimate for the trajectory of the cue ball
     this.duration = end.duration; // s, until all balls rest
-    this.balls = {}; // how each ball ends
-    outcomes.forEach((ball, i) => {
-      const motion = nameOf(constants.Motion, ball.motion);
-      const named = { ...ball, motion, pocket: scene.pockets[ball.pocket] };
-      if (motion !== 'ABSENT') this.balls[scene.names[i]] = named;
+    this.cue = cue; // after the strike: its speed, how often it hit the ball, a miscue
+    const ends = outcomes.map((ball, i) => {
+      const motion = meanings.Motion[ball.motion];
+      return [scene.names[i], { ...ball, motion, pocket: scene.pockets[ball.pocket] }];
     });
+    // how each ball ends
+    this.balls = Object.fromEntries(ends.filter(([, { motion }]) => motion !== 'ABSENT'));
   }
 
   /** Segments of each ball in the order of time. */
   get segments() {
-    const { Motion, Cause } = this.constants;
+    const { Motion, Cause } = this.meanings;
     const found = Object.fromEntries(Object.keys(this.balls).map((name) => [name, []]));
-    for (const row of this.record[0].all()) {
-      Object.assign(row, { motion: nameOf(Motion, row.motion), cause: nameOf(Cause, row.cause) });
+    for (const row of this.#record[0].all()) {
+      Object.assign(row, { motion: Motion[row.motion], cause: Cause[row.cause] });
       found[this.scene.names[row.ball]]?.push(row);
     }
     return Object.defineProperty(this, 'segments', { value: found }).segments; // read once
@@ -178,9 +201,9 @@ class Shot {
   /** Events in the order of time, with the balls that take part. */
   get events() {
     const { names, pockets } = this.scene;
-    const members = this.record[2].all(); // number of an event and a ball in turn
-    return this.record[1].all().map((event, number) => {
-      const cause = nameOf(this.constants.Cause, event.cause);
+    const members = this.#record[2].all(); // number of an event and a ball in turn
+    return this.#record[1].all().map((event, number) => {
+      const cause = this.meanings.Cause[event.cause];
       const pair = cause === 'BALL' ? [event.ball, event.other] : [event.ball];
       const group = members.filter((_, k) => k % 2 && members[k - 1] === number);
       const balls = ['CLUSTER', 'CUE'].includes(cause) ? group : pair;
@@ -204,11 +227,48 @@ class Shot {
   }
 }
 
+/** How strokes end; see `Table.sample`. */
+class Sample {
+  constructor({ scene, constants }, count, ends) {
+    Object.assign(this, { scene, constants, count, ends });
+  }
+
+  /** How a ball ends in each stroke: x, y [m], motion, pocket. */
+  ball(name) {
+    const [i, row] = [this.scene.names.indexOf(name), END * this.scene.names.length];
+    const end = (k) => this.ends.subarray(k * row + END * i, k * row + END * (i + 1));
+    return Array.from({ length: this.count }, (_, k) => end(k));
+  }
+
+  /** Places where a ball rests. */
+  rests(name) {
+    const { POCKETED, OFF_TABLE } = this.constants.Motion;
+    return this.ball(name).filter(([, , motion]) => ![POCKETED, OFF_TABLE].includes(motion));
+  }
+
+  /** The share of strokes that reach a target, with its 95 % interval. @param {Target} target */
+  chance(target) {
+    const { POCKETED, OFF_TABLE } = this.constants.Motion;
+    const wanted = this.scene.pockets.indexOf(target.pocket); // -1: any
+    const cue = this.ball(this.scene.names[0]);
+    const reached = this.ball(target.ball).filter(([, , motion, pocket], k) => motion === POCKETED
+      && [-1, pocket].includes(wanted) && ![POCKETED, OFF_TABLE].includes(cue[k][2]));
+    const [n, chance] = [this.count, reached.length / this.count];
+    // E. B. Wilson, J. Am. Stat. Assoc. 22, 1927
+    const square = Z95 ** 2 / n;
+    const middle = (chance + square / 2) / (1 + square);
+    const half = (Z95 / (1 + square)) * Math.sqrt((chance * (1 - chance) + square / 4) / n);
+    return { chance, interval: [Math.max(middle - half, 0), Math.min(middle + half, 1)] };
+  }
+}
+
 /** A scene on which strokes are played; see `load`. */
 class Table {
   constructor(core, scene) {
     oneOf('the version that exported the scene', scene.sources, [core.description.sources]);
     Object.assign(this, { core, scene, constants: core.description.constants });
+    const meaning = ([kind, names]) => [kind, byNumber(names)];
+    this.meanings = Object.fromEntries(Object.entries(this.constants).map(meaning));
     const heap = new Heap(core);
     const call = ([name, values]) => [name, new Call(heap, name, values)];
     this.calls = Object.fromEntries(Object.entries(scene.entries).map(call));
@@ -221,7 +281,19 @@ class Table {
     const outcome = this.play(balls, stroke);
     const { play_tables: call } = this.calls;
     const record = RECORD.map((path, k) => call.rows(path).copy(outcome.counts[k]));
-    return new Shot(this, outcome.end, call.rows('tables.balls').all(), record);
+    const [cue, outcomes] = ['cues', 'balls'].map((each) => call.rows(`tables.${each}`).all());
+    return new Shot(this, outcome.end, cue[0], outcomes, record);
+  }
+
+  /** The status with which a stroke would be refused, or OK; nothing is played. */
+  refusal(balls, stroke) {
+    const { play_tables: call } = this.calls;
+    call.put('window.until', -Infinity);
+    try {
+      return this.meanings.Status[this.play(balls, stroke).end.status];
+    } finally {
+      call.put('window.until', Infinity);
+    }
   }
 
   /** Find direct shots, also for some balls only. @param {Balls} balls @param {string[]} legal */
@@ -231,9 +303,10 @@ class Table {
     this.check(balls);
     const { NO_BALL, PRESENT, LEGAL } = this.constants.BallKind;
     const find = this.calls.find_direct_shots;
-    find.rows('places').fill(names.flatMap((name) => balls[name] ?? [0, 0]));
+    const there = (name) => Object.hasOwn(balls, name); // also if its name is `constructor`
+    find.rows('places').fill(names.flatMap((name) => (there(name) ? balls[name] : [0, 0])));
     const kind = (name) => (legal.includes(name) ? LEGAL : PRESENT);
-    find.rows('kinds').fill(names.map((name) => (balls[name] ? kind(name) : NO_BALL)));
+    find.rows('kinds').fill(names.map((name) => (there(name) ? kind(name) : NO_BALL)));
     const found = find.rows('shots').copy(find.run()).all();
     return found.map(({ table, elevation, azimuth, speed, ...shot }) => ({
       ...shot,
@@ -248,19 +321,20 @@ class Table {
    * @param {Balls} balls @param {Stroke} stroke @param {Target} target @param {Noise} noise
    */
   async chance(balls, stroke, target, noise = this.scene.noise, n = 1000, seed = 1) {
-    const { ranges, pockets } = this.scene;
+    const { pockets } = this.scene;
     this.check(balls, stroke);
     within('n', Number.isInteger(n) ? n : NaN, [1, Infinity, 'a whole number of strokes']);
-    OFFSETS.forEach((name) => within(`noise.${name}`, noise[name], ranges[name].with(0, 0)));
+    this.checkNoise(noise);
     oneOf('target.ball', target.ball, Object.keys(balls));
     oneOf('target.pocket', target.pocket, [undefined, ...pockets]);
-    const given = [balls, this.drawn(stroke, noise, n, seed), target];
-    const chance = (await (this.core.workers ? this.shared(...given) : this.count(...given))) / n;
-    // E. B. Wilson, J. Am. Stat. Assoc. 22, 1927
-    const square = Z95 ** 2 / n;
-    const middle = (chance + square / 2) / (1 + square);
-    const half = (Z95 / (1 + square)) * Math.sqrt((chance * (1 - chance) + square / 4) / n);
-    return { chance, interval: [Math.max(middle - half, 0), Math.min(middle + half, 1)] };
+    return (await this.sample(balls, this.drawn(stroke, noise, n, seed))).chance(target);
+  }
+
+  /** Play strokes, without checks; workers share them. */
+  async sample(balls, strokes) {
+    const { workers } = this.core;
+    const ends = workers ? await this.shared(balls, strokes) : this.ends(balls, strokes);
+    return new Sample(this, strokes.length, ends);
   }
 
   /** Draw n strokes as a player with errors executes them; elevations may exceed the vertical. */
@@ -274,21 +348,29 @@ class Table {
     });
   }
 
-  /** Count strokes that reach a target. */
-  count(balls, strokes, target) {
-    const { POCKETED, OFF_TABLE } = this.constants.Motion;
-    const ball = this.scene.names.indexOf(target.ball);
-    const pocket = this.scene.pockets.indexOf(target.pocket); // -1: any
-    return strokes.filter((stroke) => {
-      this.play(balls, stroke);
-      const [cue, end] = [0, ball].map((i) => this.calls.play_tables.rows('tables.balls').get(i));
-      const falls = end.motion === POCKETED && [-1, end.pocket].includes(pocket);
-      return falls && ![POCKETED, OFF_TABLE].includes(cue.motion);
-    }).length;
+  /** Play strokes: for each one and each ball the place (x, y), the motion and the pocket at its end. */
+  ends(balls, strokes) {
+    this.lay(balls);
+    const { play_tables: call } = this.calls;
+    const found = new Float64Array(strokes.length * this.scene.names.length * END);
+    let at = 0;
+    for (const stroke of strokes) {
+      this.strike(stroke);
+      const { layout, length, doubles, integers } = call.rows('tables.balls');
+      const [place, motion, pocket] = ['position', 'motion', 'pocket'].map((name) =>
+        layout.fields.find((field) => field.name === name).offset / WORD);
+      for (let row = 0; row < length * layout.size / WORD; row += layout.size / WORD) {
+        found[at++] = doubles[row + place];
+        found[at++] = doubles[row + place + 1];
+        found[at++] = Number(integers[row + motion]);
+        found[at++] = Number(integers[row + pocket]);
+      }
+    }
+    return found;
   }
 
-  /** Let workers count strokes that reach a target. */
-  async shared(balls, strokes, target) {
+  /** Let workers play strokes, each a stretch of them. */
+  async shared(balls, strokes) {
     const { workers } = this.core;
     const text = await (await fetch(import.meta.url)).text();
     while (this.workers.length < workers) {
@@ -298,16 +380,20 @@ class Table {
       worker.postMessage({ core: this.core, scene: this.scene });
       this.workers.push(worker);
     }
-    const counts = this.workers.map((worker, i) => {
+    const size = Math.ceil(strokes.length / workers);
+    const parts = this.workers.map((worker, i) => {
       const { port1, port2: port } = new MessageChannel();
-      const part = strokes.filter((_, k) => k % workers === i);
-      worker.postMessage({ given: [balls, part, target], port }, [port]);
+      const part = strokes.slice(i * size, (i + 1) * size);
+      worker.postMessage({ given: [balls, part], port }, [port]);
       return new Promise((resolve, reject) => {
         port1.onmessage = ({ data }) => resolve(data);
         worker.onerror = ({ message }) => reject(new Error(`a worker failed: ${message}`));
       });
     });
-    return (await Promise.all(counts)).reduce((a, b) => a + b, 0);
+    const found = new Float64Array(strokes.length * this.scene.names.length * END);
+    (await Promise.all(parts)).forEach((part, i) =>
+      found.set(part, i * size * this.scene.names.length * END));
+    return found;
   }
 
   /** End the workers of `chance`. */
@@ -318,8 +404,7 @@ class Table {
   /** Throw a RangeError for what makes no sense. */
   check(balls, stroke = { speed: 1 }) {
     const { names, ranges, apart } = this.scene;
-    Object.keys(stroke).forEach((name) => oneOf('stroke', name, OFFSETS));
-    OFFSETS.forEach((name) => within(`stroke.${name}`, stroke[name] ?? 0, ranges[name]));
+    this.checkStroke(stroke);
     Object.entries({ [names[0]]: [], ...balls }).forEach(([name, [x, y, ...more]], i, all) => {
       oneOf('balls', name, names);
       [x, y].forEach((each, k) => within(`balls.${name}[${k}]`, each, ranges['xy'[k]]));
@@ -330,16 +415,42 @@ class Table {
     });
   }
 
+  checkStroke(stroke) {
+    if (stroke.normal && stroke.velocity) {
+      VECTORS.forEach((name) => stroke[name].forEach((x) => within(`stroke.${name}`, x, FINITE)));
+      return;
+    }
+    Object.keys(stroke).forEach((name) => oneOf('stroke', name, OFFSETS));
+    OFFSETS.forEach((name) => within(`stroke.${name}`, stroke[name] ?? 0, this.scene.ranges[name]));
+  }
+
+  checkNoise(noise) {
+    const { ranges } = this.scene;
+    OFFSETS.forEach((name) => within(`noise.${name}`, noise[name], ranges[name].with(0, 0)));
+  }
+
   /** Play a stroke, without checks; return how it ended, and how many rows its record has. */
   play(balls, stroke) {
+    this.lay(balls);
+    return this.strike(stroke);
+  }
+
+  lay(balls) {
+    const there = (name) => Object.hasOwn(balls, name);
+    const place = (name) => (there(name) ? [...balls[name], this.scene.radius] : [0, 0, 0]);
+    const start = (name) => ({ position: place(name), absent: !there(name) });
+    this.calls.play_tables.rows('tables.starts').fill(this.scene.names.map(start));
+  }
+
+  strike(stroke) {
     const { play_tables: call, write_strokes: vectors } = this.calls;
-    const place = (name) => (balls[name] ? [...balls[name], this.scene.radius] : [0, 0, 0]);
-    const start = (name) => ({ position: place(name), absent: !balls[name] });
-    call.rows('tables.starts').fill(this.scene.names.map(start));
-    vectors.rows('offsets').fill(OFFSETS.map((name) => stroke[name] ?? 0));
-    vectors.run();
-    call.rows('strokes.normals').bytes.set(vectors.rows('normals').bytes);
-    call.rows('strokes.velocities').bytes.set(vectors.rows('velocities').bytes);
+    if (stroke.normal) {
+      VECTORS.forEach((name, k) => call.rows(STROKES[k]).doubles.set(stroke[name]));
+    } else {
+      OFFSETS.forEach((name, k) => { vectors.rows('offsets').doubles[k] = stroke[name] ?? 0; });
+      vectors.run();
+      STROKES.forEach((path) => call.rows(path).bytes.set(vectors.rows(path.slice(8)).bytes));
+    }
     for (;;) {
       ['cues', 'balls', 'ends'].forEach((each) => call.rows(`tables.${each}`).bytes.fill(0));
       call.run();
@@ -395,6 +506,6 @@ if (globalThis.name === WORKER) {
   let table;
   globalThis.onmessage = ({ data: { core, scene, given, port } }) => {
     table ??= new Table(core, scene);
-    port?.postMessage(table.count(...given));
+    port?.postMessage(given && table.ends(...given));
   };
 }

@@ -14,20 +14,16 @@ let listed = [];
 
 function listEvents() {
   const [ball, kinds] = [element('ball').value, KINDS[element('kind').value]];
-  listed = data.events.filter((event) => (!ball || event.balls.includes(ball))
+  listed = shown.events.filter((event) => (!ball || event.balls.includes(ball))
     && (!kinds || kinds.includes(event.kind)));
   element('events').replaceChildren(...listed.map((event) => {
-    const item = document.createElement('li');
-    const button = document.createElement('button');
-    button.append(make('span', fixed(event.time, 3)), event.text);
-    button.addEventListener('click', () => setTime(event.time));
-    item.append(button);
-    return item;
+    const text = [make('span', fixed(event.time, 3)), event.text];
+    return make('li', button(text, () => setTime(event.time)));
   }));
   if (!listed.length) element('events').append(make('li', 'no such event'));
   element('ticks').replaceChildren(...listed.filter(({ kind }) => MARKS[kind]).map((event) => {
-    const tick = document.createElement('i');
-    tick.style.left = `${100 * (event.time - BEGIN) / (END - BEGIN)}%`;
+    const tick = make('i', '');
+    tick.style.left = `${100 * (event.time - begin()) / (end() - begin())}%`;
     tick.style.background = MARKS[event.kind];
     return tick;
   }));
@@ -37,12 +33,12 @@ function listEvents() {
 function markEvents() {
   const now = countUpTo(time + 1e-9, listed.length, (i) => listed[i].time) - 1;
   const list = element('events');
-  list.querySelectorAll('button').forEach((button, i) => {
-    button.classList.toggle('past', i <= now);
-    const entered = i === now && !button.classList.contains('now');
-    button.classList.toggle('now', i === now);
+  list.querySelectorAll('button').forEach((item, i) => {
+    item.classList.toggle('past', i <= now);
+    const entered = i === now && !item.classList.contains('now');
+    item.classList.toggle('now', i === now);
     if (!entered) return; // else the list alone is scrolled, not the panel around it
-    const [above, below] = [button.offsetTop, button.offsetTop + button.offsetHeight];
+    const [above, below] = [item.offsetTop, item.offsetTop + item.offsetHeight];
     list.scrollTop = clamp(list.scrollTop, below - list.clientHeight, above);
   });
 }

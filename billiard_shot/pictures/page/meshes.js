@@ -8,6 +8,7 @@ const COLOURS = {
   cloth: colourOf('#1c7a55'), cushion: colourOf('#176548'), wood: colourOf('#7a4a28'),
   pocket: colourOf('#0c0c0d'), sight: colourOf('#efe6cf'),
 };
+const ROUND = 0.07; // m, of the corners of the frame
 const DROP = 0.11; // m that pockets and the frame reach below the cloth
 
 class Mesh {
@@ -67,6 +68,7 @@ function tableMesh(table) {
   mesh.flat([[-bx, -by], [bx, -by], [bx, by], [-bx, by]], 0, COLOURS.cloth, CLOTH);
   for (const cushion of table.cushions) cushionMesh(mesh, cushion, top);
   frameMesh(mesh, table, top);
+  mesh.flat(roundedRectangle(table.frame, ROUND, 10), -DROP, COLOURS.pocket); // nothing shines through
   for (const [x, y, radius] of table.holes) pocketMesh(mesh, x, y, radius, bx, by, top);
   sightsMesh(mesh, table, top);
   return mesh.numbers;
@@ -94,7 +96,7 @@ function cushionMesh(mesh, points, top) {
 
 function frameMesh(mesh, table, top) {
   const [bx, by] = table.back;
-  const outer = roundedRectangle(table.frame, 0.07, 10);
+  const outer = roundedRectangle(table.frame, ROUND, 10);
   const inner = outer.map(([x, y]) => [clamp(x, -bx, bx), clamp(y, -by, by)]);
   for (let i = 0; i + 1 < outer.length; i++) {
     mesh.quad([...inner[i], top], [...outer[i], top], [...outer[i + 1], top], [...inner[i + 1], top],
@@ -188,40 +190,25 @@ function sphereMesh(around, down) {
   return numbers;
 }
 
-// Lines as ribbons that face the camera: 9 numbers a corner: this end, the other end, the side of
-// the line, how far along [m], the pattern.
-const PATTERNS = { roll: 0, slide: 1, flight: 2 };
+// Lines as points: place, how far along [m], and the pattern of the line that ends there; -1: a line
+// begins there.
+const PATTERNS = { ROLL: 0, SLIDE: 1, FLIGHT: 2 };
+const POINT = 5; // numbers of a point
 
-function lineMesh(lines) {
-  const numbers = [];
-  for (const { points, motion, lift } of lines) {
+function pointsOfLines(lines, lift) {
+  const numbers = new Float32Array(POINT * lines.reduce((sum, { points }) => sum + points.length / 3, 0));
+  let at = 0;
+  for (const { points, motion } of lines) {
     let along = 0;
-    for (let i = 0; i + 5 < points.length; i += 3) {
-      const a = [points[i], points[i + 1], points[i + 2] + lift];
-      const b = [points[i + 3], points[i + 4], points[i + 5] + lift];
-      const step = Math.hypot(...add(b, a, -1));
-      if (step === 0) continue;
-      const corner = (from, to, side, distance) =>
-        numbers.push(...from, ...to, side, distance, PATTERNS[motion]);
-      const [begin, end] = [along, along + step];
-      corner(a, b, 1, begin);
-      corner(a, b, -1, begin);
-      corner(b, a, -1, end);
-      corner(b, a, -1, end);
-      corner(a, b, -1, begin);
-      corner(b, a, 1, end);
-      along = end;
+    for (let i = 0; i < points.length; i += 3) {
+      const by = (axis) => (i ? points[i + axis] - points[i + axis - 3] : 0);
+      along += Math.hypot(by(0), by(1), by(2));
+      numbers[at++] = points[i];
+      numbers[at++] = points[i + 1];
+      numbers[at++] = points[i + 2] + lift;
+      numbers[at++] = along;
+      numbers[at++] = i ? PATTERNS[motion] : -1;
     }
   }
   return numbers;
-}
-
-// A circle on the cloth as a line.
-function circlePoints([x, y], radius) {
-  const points = [];
-  for (let i = 0; i <= 48; i++) {
-    const angle = 2 * Math.PI * i / 48;
-    points.push(x + radius * Math.cos(angle), y + radius * Math.sin(angle), 0);
-  }
-  return points;
 }

@@ -1,27 +1,89 @@
-// Time, the page, and all that people can press.
+// The shot that is shown, its time, and all that people can press.
 
 const RATES = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 4];
-const MOTIONS = ['rests', 'slides', 'rolls', 'spins', 'flies', 'in a pocket', 'off the table'];
+const MOTIONS = {
+  REST: 'rests', SLIDE: 'slides', ROLL: 'rolls', SPIN: 'spins', FLIGHT: 'flies',
+  POCKETED: 'in a pocket', OFF_TABLE: 'off the table',
+};
+const TABS = ['aim', 'shots', 'table', 'balls', 'events', 'drill', 'share'];
 
-let time = BEGIN;
+let shown = null; // see `played`
+let time = 0;
 let playing = false;
 let last = 0;
 let renderer = null;
+let tab = 'aim';
+
+const begin = () => (shown.refused ? 0 : -shown.cue.time - 0.1);
+const end = () => Math.max(shown.until, 0.01);
+
+// ---- the shot ----
+
+/** Play the stroke of the state, and show it from its beginning. */
+function replay() {
+  shown = played(state);
+  shown.cue = cueOf(shown);
+  playing = false;
+  showPlaying();
+  drawPaths();
+  Object.assign(element('slider'), { min: begin(), max: end() });
+  setTime(begin());
+  tellStory();
+  forgetEstimate();
+  afterReplay();
+}
+
+const afterReplay = afterQuiet(100, () => {
+  colourLabels();
+  listEvents();
+  showKey();
+  compareEffects();
+  if (tab === 'shots') listShots();
+  if (tab === 'balls') listBalls();
+  if (tab === 'share') showExport();
+  writeLink();
+  tell('outcome', outcomeNow());
+});
+
+function drawPaths() {
+  if (!renderer) return;
+  const { radius } = data.scene;
+  shown.balls.forEach((ball, i) => {
+    const lines = ball.there && ball.moved ? linesOf(ball, shown.until) : [];
+    if (i === 0) lines.push(...ghostsOf(shown).map((place) => circle(place, radius)));
+    renderer.setLines(`ball ${i}`, pointsOfLines(lines, LIFT - radius));
+  });
+  renderer.setLines('ring', pointsOfLines([circle(ringPlace(), RING * radius)], 2 * LIFT - radius));
+}
+
+function tellStory() {
+  const text = sentenceOf(shown);
+  element('message').textContent = text.charAt(0).toUpperCase() + text.slice(1);
+  element('message').classList.toggle('refused', shown.refused);
+  const target = targetNow();
+  element('why').textContent = target && !shown.refused ? whyMissed(shown, target) : '';
+}
+
+// ---- time ----
 
 function setTime(value) {
-  time = clamp(value, BEGIN, END);
+  time = clamp(value, begin(), end());
   element('slider').value = time;
   draw();
 }
 
 function play(on) {
-  if (on && time >= END) setTime(BEGIN);
-  playing = on;
-  element('play').textContent = on ? '❚❚' : '▶';
-  if (on) {
+  if (on && time >= end()) setTime(begin());
+  playing = on && !shown.refused;
+  showPlaying();
+  if (playing) {
     last = performance.now();
     requestAnimationFrame(step);
   }
+}
+
+function showPlaying() {
+  element('play').textContent = playing ? '❚❚' : '▶ Strike';
 }
 
 function step(now) {
@@ -29,7 +91,7 @@ function step(now) {
   const elapsed = Math.min(now - last, 100) / 1000;
   last = now;
   setTime(time + elapsed * Number(element('rate').value));
-  if (time >= END) play(false);
+  if (time >= end()) play(false);
   else requestAnimationFrame(step);
 }
 
@@ -39,7 +101,7 @@ function changeRate(by) {
 }
 
 function nextEvent(by) {
-  const times = [BEGIN, ...listed.map((event) => event.time), END];
+  const times = [begin(), ...listed.map((event) => event.time), end()];
   const found = by > 0 ? times.find((t) => t > time + 1e-6) : times.findLast((t) => t < time - 1e-6);
   if (found !== undefined) setTime(found);
 }
@@ -50,78 +112,114 @@ const FAINT = 0.3; // opacity of the paths of others, if a ball is followed
 let asked = false;
 
 function draw() {
-  if (asked || !renderer) return;
+  if (asked || !shown) return;
   asked = true;
   requestAnimationFrame(() => {
     asked = false;
-    const balls = data.balls.map((ball) => shownBall(ball, time));
-    const paths = data.balls.map((ball) =>
-      (!element('paths').checked ? 0 : followed && followed !== ball ? FAINT : 1));
-    const view = cameraNow();
-    renderer.draw(view, balls, shownCue(time), paths);
-    placeLabels(balls, view);
-    describe();
+    drawNow();
   });
 }
 
-const fixed = (value, digits) => value.toFixed(digits).replace(/^-(0\.?0*)$/, '$1').replace('-', '−');
+function drawNow() {
+  describe();
+  if (!renderer) return;
+  const balls = data.balls.map((_, number) => shownBall(shown, number, time));
+  const paths = element('paths').checked;
+  const lines = paths ? shown.balls.map(({ path }, i) => ({
+    name: `ball ${i}`, colour: path ?? '#ffffff', width: path === PALE ? 1 : 2.2,
+    opacity: followed !== null && followed !== i ? FAINT : 1,
+  })) : [];
+  const ring = { name: 'ring', colour: '#f0e442', width: 2.4, opacity: editable() && !playing ? 1 : 0 };
+  const view = cameraNow();
+  const others = paths ? keptLines() : [];
+  renderer.draw(view, balls, shownCue(shown, time), [...others, ...lines, ring], paths ? clouds() : []);
+  placeLabels(balls, view);
+}
 
 function describe() {
-  const ball = followed || cueBall;
-  const { motion, position, velocity, spin } = stateOf(ball, time);
+  const number = followed ?? 0;
+  const { name, there, segments } = shown.balls[number];
+  const { motion, position, velocity, spin } = stateAt(segments, time);
+  const moves = time >= 0 && !shown.refused;
   const vector = (values, digits) => values.map((x) => fixed(x, digits).padStart(digits + 3)).join('  ');
   const rows = [
-    [ball.name === 'cue' ? 'cue ball' : ball.name, time < 0 ? 'waits' : MOTIONS[motion]],
+    [ballInWords(name), !there ? 'not on the table' : moves ? MOTIONS[motion] : 'waits'],
     ['position (m)', vector(position, 3)],
-    ['velocity (m/s)', vector(time < 0 ? [0, 0, 0] : velocity, 2)],
-    ['spin (rad/s)', vector(time < 0 ? [0, 0, 0] : spin, 1)],
-    ['speed (m/s)', fixed(time < 0 ? 0 : Math.hypot(...velocity), 3)],
+    ['velocity (m/s)', vector(moves ? velocity : [0, 0, 0], 2)],
+    ['spin (rad/s)', vector(moves ? spin : [0, 0, 0], 1)],
+    ['speed (m/s)', fixed(moves ? Math.hypot(...velocity) : 0, 3)],
   ];
-  element('readout').replaceChildren(...rows.flatMap(([name, text]) => [make('dt', name), make('dd', text)]));
+  if (tab === 'events') {
+    const parts = rows.flatMap(([what, text]) => [make('dt', what), make('dd', text)]);
+    element('readout').replaceChildren(...parts);
+    markEvents();
+  }
   element('clock').textContent = `${fixed(time, 3)} s`;
-  markEvents();
+  element('go-on').disabled = shown.refused || !shown.balls.every(({ segments: all }) => !isEndless(all));
+}
+
+function showKey() {
+  const motions = new Set(shown.balls.flatMap(({ segments }) => segments.map(({ motion }) => motion)));
+  const names = { ROLL: 'rolls', SLIDE: 'slides', FLIGHT: 'flies' };
+  element('key').replaceChildren(...Object.keys(names).filter((motion) => motions.has(motion)).map((motion) =>
+    make('li', [make('i', '', { className: motion.toLowerCase() }), names[motion]])));
+}
+
+/** Show the numbers of the panel that is open again. */
+function showFields() {
+  for (const { root, show: showField } of fields) if (!root.closest('[hidden]')) showField();
+}
+
+function openTab(name) {
+  tab = name;
+  for (const each of TABS) {
+    element(`tab-${each}`).setAttribute('aria-selected', each === name);
+    element(`panel-${each}`).hidden = each !== name;
+  }
+  ({ shots: listShots, table: compareEffects, balls: listBalls, share: showExport })[name]?.();
+  showFields();
+  draw();
 }
 
 function fillPage() {
   document.querySelector('h1').textContent = data.title;
-  element('message').textContent = data.message;
-  Object.assign(element('slider'), { min: BEGIN, max: END, value: BEGIN });
   fill('rate', RATES.map((rate) => [`${rate}×`, rate]));
   element('rate').value = 1;
+  for (const name of TABS) element(`tab-${name}`).addEventListener('click', () => openTab(name));
   fillChoices();
   fillStroke();
-  listEvents();
-  const motions = new Set(data.balls.flatMap(({ trails }) => trails.map(({ motion }) => motion)));
-  const names = { roll: 'rolls', slide: 'slides', flight: 'flies' };
-  element('key').replaceChildren(...Object.keys(names).filter((motion) => motions.has(motion)).map((motion) => {
-    const item = document.createElement('li');
-    const line = document.createElement('i');
-    line.className = motion;
-    item.append(line, names[motion]);
-    return item;
-  }));
+  fillErrors();
+  fillEquipment();
+  fillExports();
 }
 
-const STILL = 4; // pixels that the pointer may move in a click
-
 function listen() {
-  const canvas = element('canvas');
-  const fingers = new Map();
-  let pressed = null; // the press that is a click, unless the pointer moves
   const toggles = { n: 'names', p: 'paths', i: 'panel' };
   const keys = {
     ' ': () => play(!playing), ArrowLeft: (fast) => setTime(time - (fast ? 0.2 : 0.01)),
-    ArrowRight: (fast) => setTime(time + (fast ? 0.2 : 0.01)), Home: () => setTime(BEGIN),
-    End: () => setTime(END), PageUp: () => nextEvent(-1), PageDown: () => nextEvent(1),
+    ArrowRight: (fast) => setTime(time + (fast ? 0.2 : 0.01)), Home: () => setTime(begin()),
+    End: () => setTime(end()), PageUp: () => nextEvent(-1), PageDown: () => nextEvent(1),
     '+': () => changeRate(1), '=': () => changeRate(1), '-': () => changeRate(-1),
     1: () => look('corner'), 2: () => look('player'), 3: () => look('top'),
-    f: () => follow(followed ? null : cueBall), '?': () => element('keys').showModal(),
+    ',': () => turnCue(0.1), '.': () => turnCue(-0.1), '<': () => turnCue(1), '>': () => turnCue(-1),
+    k: keepShot, g: () => element('go-on').click(),
+    f: () => follow(followed === null ? 0 : null), '?': () => element('keys').showModal(),
   };
+  const turnCue = (degrees) => aim({ azimuth: turned(state.stroke.azimuth + degrees / DEGREES) }, 'azimuth');
   document.addEventListener('keydown', (event) => {
-    if (event.ctrlKey || event.metaKey || event.altKey || element('keys').open) return;
+    if (event.altKey || element('keys').open) return;
+    const typing = event.target.matches('input:not(#slider):not([type=checkbox]), textarea, select');
+    if (event.ctrlKey || event.metaKey) {
+      const key = event.key.toLowerCase();
+      if (typing || !['y', 'z'].includes(key)) return;
+      event.preventDefault();
+      if (key === 'y' || event.shiftKey) redo();
+      else undo();
+      return;
+    }
     const toggle = toggles[event.key.toLowerCase()];
     const act = toggle ? () => element(toggle).click() : keys[event.key.toLowerCase()] || keys[event.key];
-    if (!act || (event.target.tagName === 'SELECT' && event.key !== ' ')) return;
+    if (!act || typing || (event.key === ' ' && event.target.matches('button, summary'))) return;
     event.preventDefault();
     act(event.shiftKey);
   });
@@ -129,106 +227,97 @@ function listen() {
     play(false);
     setTime(Number(event.target.value));
   });
-  element('play').addEventListener('click', () => play(!playing));
-  element('help').addEventListener('click', () => element('keys').showModal());
+  const clicks = {
+    play: () => play(!playing), help: () => element('keys').showModal(), undo, redo, keep: keepShot,
+    'go-on': goOn, 'begin-drill': beginDrill, try: tryDrill, 'end-drill': () => change({ drill: null }),
+    panel: () => {
+      document.querySelector('aside').classList.toggle('away');
+      fitAgain();
+    },
+  };
+  for (const [name, act] of Object.entries(clicks)) element(name).addEventListener('click', () => act());
   for (const name of ['names', 'paths']) element(name).addEventListener('change', draw);
-  element('panel').addEventListener('click', () => {
-    document.querySelector('aside').classList.toggle('away');
-    fitAgain();
-  });
   for (const name of ['ball', 'kind']) element(name).addEventListener('change', listEvents);
-  element('follow').addEventListener('change', ({ target: { value } }) =>
-    follow(data.balls.find(({ name }) => name === value) || null));
-  document.querySelectorAll('[data-view]').forEach((button) => {
-    button.addEventListener('click', () => look(button.dataset.view));
+  element('follow').addEventListener('change', ({ target: { value } }) => followNamed(value));
+  element('units').addEventListener('change', ({ target: { value } }) => change({ units: value }));
+  document.querySelectorAll('[data-view]').forEach((each) => {
+    each.addEventListener('click', () => look(each.dataset.view));
   });
-  canvas.addEventListener('contextmenu', (event) => event.preventDefault());
-  canvas.addEventListener('pointerdown', (event) => {
-    canvas.setPointerCapture(event.pointerId);
-    fingers.set(event.pointerId, event);
-    pressed = fingers.size === 1 && event.button === 0 ? event : null;
-  });
-  canvas.addEventListener('pointerup', (event) => {
-    fingers.delete(event.pointerId);
-    if (pressed) follow(ballAt(event.clientX, event.clientY));
-    pressed = null;
-  });
-  canvas.addEventListener('pointercancel', (event) => fingers.delete(event.pointerId));
-  canvas.addEventListener('pointermove', (event) => {
-    const before = fingers.get(event.pointerId);
-    if (!before) return;
-    if (pressed && Math.hypot(event.clientX - pressed.clientX, event.clientY - pressed.clientY) < STILL) return;
-    pressed = null;
-    const [dx, dy] = [event.clientX - before.clientX, event.clientY - before.clientY];
-    const other = [...fingers.values()].find(({ pointerId }) => pointerId !== event.pointerId);
-    if (other) {
-      const gap = ({ clientX, clientY }) => Math.hypot(clientX - other.clientX, clientY - other.clientY);
-      zoom(gap(before) / Math.max(gap(event), 1));
-    } else if (event.shiftKey || event.buttons & 6) pan(dx, dy);
-    else turn(dx, dy);
-    fingers.set(event.pointerId, event);
-  });
-  canvas.addEventListener('wheel', (event) => {
-    event.preventDefault();
-    zoom(Math.exp(0.0012 * event.deltaY));
-  }, { passive: false });
-  new ResizeObserver(fitAgain).observe(canvas);
+  window.addEventListener('hashchange', followLink);
 }
 
-function fitAgain() {
-  if (kept) look(kept);
-  else draw();
+function followNamed(name) {
+  const number = data.balls.findIndex((ball) => ball.name === name);
+  follow(number < 0 ? null : number);
 }
 
-function turn(dx, dy) {
-  kept = null;
-  camera.azimuth -= 0.006 * dx;
-  camera.elevation = clamp(camera.elevation + 0.006 * dy, 0, Math.PI / 2);
-  draw();
+function showState() {
+  showStroke();
+  showEffects();
+  showDrill();
+  showFields();
+  element('units').value = state.units;
+  element('undo').disabled = !past.length;
+  element('redo').disabled = !future.length;
 }
 
-function zoom(factor) {
-  kept = null;
-  camera.distance = clamp(camera.distance * factor, 0.12, 60);
-  draw();
+function trouble(text) {
+  element('trouble').textContent = text;
+  element('trouble').hidden = false;
 }
 
-function pan(dx, dy) {
-  follow(null);
-  const size = 2 * Math.tan(FIELD / 2) * camera.distance / element('canvas').clientHeight;
-  const [c, s] = [Math.cos(camera.azimuth), Math.sin(camera.azimuth)];
-  const lift = Math.max(Math.sin(camera.elevation), 0.3);
-  camera.target = add(camera.target,
-    [size * (dx * s - dy * c / lift), size * (-dx * c - dy * s / lift), 0]);
-  draw();
-}
-
-function start() {
+async function start() {
   fillPage();
-  listen();
+  try {
+    await openCore();
+  } catch (error) {
+    trouble(`This browser cannot run the page: ${error.message}`);
+    return;
+  }
+  if (data.start) state = { ...state, ...data.start, level: data.start.stroke.elevation };
+  else {
+    const stroke = firstStroke(state.balls);
+    state = { ...state, stroke, level: stroke.elevation };
+  }
+  initial = state;
   try {
     renderer = new Renderer(element('canvas'), data);
   } catch (error) {
-    element('trouble').textContent = error.message;
-    element('trouble').hidden = false;
-    describe();
-    return;
+    trouble(error.message);
   }
+  watch(['balls', 'stroke', 'played', 'effects', 'parameters'], replay);
+  watch(['noise', 'target'], forgetEstimate);
+  watch(['kept', 'units'], showKept);
+  watch(['units', 'target'], tellStory);
+  watchers.push(showState, writeLink, () => tell('state', publicState()), () => {
+    element('hint').hidden = true;
+  });
+  replay();
+  listen();
+  listenToPointer();
+  openTab('aim');
+  showState();
   document.querySelector('aside').classList.toggle('away', window.innerWidth <= 700);
   look('corner');
-  if (!data.table && data.extent > 9) follow(cueBall);
-  setTime(BEGIN);
+  if (!data.table && Math.max(...corners().flat()) > 9) follow(0);
+  followLink();
+  listenToFrame();
+  document.body.dataset.ready = 'true';
 }
 
 // For other programs, and for the tests: what is shown, and where.
 window.view = {
-  get time() { return time; }, get playing() { return playing; }, setTime, play, look, project, camera,
-  follow: (name) => follow(data.balls.find((one) => one.name === name) || null),
-  get eye() { return cameraNow().eye; }, get followed() { return followed && followed.name; }, freeArea,
-  state: (name) => {
-    const ball = data.balls.find((one) => one.name === name);
-    return { ...stateOf(ball, time), turn: turnOf(ball, time) };
+  get time() { return time; }, get playing() { return playing; }, get state() { return state; },
+  get shown() { return shown; }, get estimate() { return estimate; }, get ring() { return ringPlace(); },
+  get intended() { return targetNow(); },
+  get eye() { return cameraNow().eye; },
+  get followed() { return followed === null ? null : data.balls[followed].name; },
+  setTime, play, look, project, camera, freeArea, change, aim, undo, openTab, tableFor, follow: followNamed,
+  get outcome() { return outcomeNow(); },
+  ball: (name) => {
+    const number = data.balls.findIndex((ball) => ball.name === name);
+    return { ...stateAt(shown.balls[number].segments, time), turn: turnAt(shown, number, time) };
   },
 };
 
-start();
+await start();

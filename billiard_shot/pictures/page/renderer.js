@@ -1,4 +1,5 @@
-// Draws the table, the balls and the cue with WebGL, as seen by a camera.
+// Draws the table, the balls and the cue with WebGL, as seen by a camera. What does not move is drawn
+// once for a camera, and copied into each frame: its light takes much longer than all else.
 
 class Renderer {
   constructor(canvas, data) {
@@ -9,26 +10,19 @@ class Renderer {
     const { gl } = this;
     gl.enable(gl.DEPTH_TEST);
     gl.enable(gl.BLEND);
-    gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
-    this.programs = { solid: this.program(SOLID), ball: this.program(BALL), line: this.program(LINE) };
+    const shaders = { solid: SOLID, ball: BALL, line: LINE, shadow: SHADOW, copy: COPY, dot: DOT };
+    this.programs = Object.fromEntries(
+      Object.entries(shaders).map(([name, shader]) => [name, this.program(shader)]));
     const solid = [3, 3, 3, 1];
-    this.table = this.mesh(
-      data.table ? tableMesh(data.table) : floorMesh(data.middle, data.extent), solid);
+    this.table = this.mesh(data.table ? tableMesh(data.table) : floorMesh([0, 0], FLOOR_SIZE), solid);
     this.cue = this.mesh(cueMesh(data.cue.length), solid);
-    this.sphere = this.mesh(sphereMesh(48, 32), [3]);
-    this.lines = data.balls.map((ball) => this.mesh(lineMesh(this.linesOf(ball)), [3, 3, 1, 1, 1]));
+    this.sphere = this.mesh(sphereMesh(32, 20), [3]);
+    this.nothing = gl.createVertexArray(); // of programs whose vertices have only a number
+    this.lines = new Map(); // by their names
+    this.dots = new Map();
     this.looks = data.balls.map(lookOf);
     this.numbers = this.numberTexture();
-  }
-
-  // The path of a ball; of the cue ball, also the circles where it was as it met others.
-  linesOf({ name, trails }) {
-    const { ghosts, radius } = this.data;
-    const circles = name === 'cue' ? ghosts : [];
-    return [
-      ...trails.map(({ motion, points }) => ({ points, motion, lift: 1.5e-3 - radius })),
-      ...circles.map((place) => ({ points: circlePoints(place, radius), motion: 'roll', lift: 1.5e-3 })),
-    ];
+    this.still = { key: '', pictures: [gl.createTexture(), gl.createTexture()], parts: [] };
   }
 
   program({ vertex, fragment }) {
@@ -58,18 +52,51 @@ class Renderer {
 
   mesh(numbers, sizes) {
     const { gl } = this;
-    const array = gl.createVertexArray();
-    gl.bindVertexArray(array);
-    gl.bindBuffer(gl.ARRAY_BUFFER, gl.createBuffer());
-    gl.bufferData(gl.ARRAY_BUFFER, new Float32Array(numbers), gl.STATIC_DRAW);
+    const mesh = { array: gl.createVertexArray(), buffer: gl.createBuffer() };
     const stride = sizes.reduce((a, b) => a + b);
+    gl.bindVertexArray(mesh.array);
+    gl.bindBuffer(gl.ARRAY_BUFFER, mesh.buffer);
     let offset = 0;
     sizes.forEach((size, i) => {
-      gl.enableVertexAttribArray(i);
-      gl.vertexAttribPointer(i, size, gl.FLOAT, false, 4 * stride, 4 * offset);
+      this.attribute(i, size, stride, offset);
       offset += size;
     });
-    return { array, count: numbers.length / stride };
+    return this.upload(mesh, new Float32Array(numbers), stride);
+  }
+
+  attribute(place, size, stride, offset) {
+    const { gl } = this;
+    gl.enableVertexAttribArray(place);
+    gl.vertexAttribPointer(place, size, gl.FLOAT, false, 4 * stride, 4 * offset);
+  }
+
+  upload(mesh, numbers, stride) {
+    const { gl } = this;
+    gl.bindBuffer(gl.ARRAY_BUFFER, mesh.buffer);
+    gl.bufferData(gl.ARRAY_BUFFER, numbers, gl.DYNAMIC_DRAW);
+    return Object.assign(mesh, { count: numbers.length / stride });
+  }
+
+  /** Set the lines of a name: points as of `pointsOfLines`. */
+  setLines(name, points) {
+    const { gl } = this;
+    if (!this.lines.has(name)) {
+      const line = { array: gl.createVertexArray(), buffer: gl.createBuffer() };
+      gl.bindVertexArray(line.array);
+      gl.bindBuffer(gl.ARRAY_BUFFER, line.buffer);
+      [[0, 4, 0], [1, 4, POINT], [2, 1, POINT + 4]].forEach(([place, size, offset]) => {
+        this.attribute(place, size, POINT, offset);
+        gl.vertexAttribDivisor(place, 1);
+      });
+      this.lines.set(name, line);
+    }
+    this.upload(this.lines.get(name), points, POINT);
+  }
+
+  /** Set the dots of a name: places [x, y, z] one after the other. */
+  setDots(name, places) {
+    if (this.dots.has(name)) this.upload(this.dots.get(name), new Float32Array(places), 3);
+    else this.dots.set(name, this.mesh(places, [3]));
   }
 
   // The numbers 0 to 15 beside each other.
@@ -105,17 +132,44 @@ class Renderer {
     return ratio;
   }
 
-  // camera: { matrix, eye, target }; balls: [{ place, turn, opacity }]; cue: { tip, opacity };
-  // paths: the opacity of the path of each ball.
-  draw(camera, balls, cue, paths) {
-    const { gl, data } = this;
+  // camera: { matrix, eye, target }; balls: [{ place, turn, opacity }]; cue: { tip, direction,
+  // opacity }; lines, dots: [{ name, colour, width, opacity }].
+  draw(camera, balls, cue, lines, dots) {
+    const { gl } = this;
     const ratio = this.resize();
+    this.light = this.lightOf(camera, balls, cue);
+    gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
+    this.drawStill(camera);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
     gl.viewport(0, 0, this.canvas.width, this.canvas.height);
+    this.copyStill();
+    this.drawShadows(balls, cue);
+    this.drawLines(camera, ratio, lines);
+    this.drawDots(camera, ratio, dots);
+    this.drawBalls(balls);
+    if (cue.opacity > 0) {
+      const solid = this.use('solid');
+      gl.uniform1f(solid.opacity, cue.opacity);
+      gl.uniformMatrix4fv(solid.model, false, poseAlong(cue.direction, cue.tip));
+      this.render(this.cue);
+    }
+  }
+
+  // ---- what does not move ----
+
+  drawStill(camera) {
+    const { gl, data, still } = this;
+    const { width, height } = this.canvas;
+    const key = [width, height, ...camera.matrix].join();
+    if (key === still.key) return;
+    if (still.width !== width || still.height !== height) this.makeStill(width, height);
+    still.key = key;
+    const [drawn, copied] = still.frames;
+    gl.bindFramebuffer(gl.FRAMEBUFFER, drawn);
+    gl.viewport(0, 0, width, height);
     gl.clearColor(0, 0, 0, 0);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
-    const light = this.light(camera, balls, cue);
-
-    const solid = this.use('solid', light);
+    const solid = this.use('solid', { count: 0 });
     gl.uniformMatrix4fv(solid.model, false, pose([0, 0, 0, 1], [0, 0, 0]));
     gl.uniform1f(solid.opacity, 1);
     gl.uniform1f(solid.fade, Math.max(3.2 * camera.distance, 1.5));
@@ -123,37 +177,117 @@ class Renderer {
     gl.uniform1i(solid.holeCount, holes.length / 3);
     if (holes.length) gl.uniform3fv(solid.holes, holes);
     this.render(this.table);
-
-    this.drawLines(camera, ratio, paths);
-    this.drawBalls(balls, light);
-
-    if (cue.opacity > 0) {
-      this.use('solid', light);
-      gl.uniform1f(solid.opacity, cue.opacity);
-      gl.uniformMatrix4fv(solid.model, false, poseAlong(data.cue.direction, cue.tip));
-      this.render(this.cue);
+    gl.bindFramebuffer(gl.READ_FRAMEBUFFER, drawn);
+    gl.bindFramebuffer(gl.DRAW_FRAMEBUFFER, copied);
+    for (const part of [gl.COLOR_BUFFER_BIT, gl.DEPTH_BUFFER_BIT]) {
+      gl.blitFramebuffer(0, 0, width, height, 0, 0, width, height, part, gl.NEAREST);
     }
   }
 
-  drawLines(camera, ratio, opacities) {
-    const { gl, data } = this;
-    const { program, places } = this.programs.line;
-    gl.useProgram(program);
-    gl.uniformMatrix4fv(places.camera, false, camera.matrix);
-    gl.uniform2f(places.size, this.canvas.width, this.canvas.height);
-    this.lines.forEach((line, i) => {
-      if (!line.count || opacities[i] <= 0) return;
-      gl.uniform1f(places.width, (data.balls[i].pale ? 1 : 2.2) * ratio);
-      gl.uniform3fv(places.c, shadeOf(data.balls[i].path));
-      gl.uniform1f(places.opacity, opacities[i]);
-      this.render(line);
+  // Two frames: one with several samples a pixel, and one that can be read as pictures.
+  makeStill(width, height) {
+    const { gl, still } = this;
+    Object.assign(still, { width, height });
+    const samples = Math.min(4, gl.getParameter(gl.MAX_SAMPLES));
+    const formats = [[gl.RGBA8, gl.COLOR_ATTACHMENT0], [gl.DEPTH_COMPONENT24, gl.DEPTH_ATTACHMENT]];
+    still.parts.forEach((part) => gl.deleteRenderbuffer(part));
+    still.frames ??= [gl.createFramebuffer(), gl.createFramebuffer()];
+    gl.bindFramebuffer(gl.FRAMEBUFFER, still.frames[0]);
+    still.parts = formats.map(([format, place]) => {
+      const part = gl.createRenderbuffer();
+      gl.bindRenderbuffer(gl.RENDERBUFFER, part);
+      gl.renderbufferStorageMultisample(gl.RENDERBUFFER, samples, format, width, height);
+      gl.framebufferRenderbuffer(gl.FRAMEBUFFER, place, gl.RENDERBUFFER, part);
+      return part;
+    });
+    gl.bindFramebuffer(gl.FRAMEBUFFER, still.frames[1]);
+    formats.forEach(([format, place], i) => {
+      const [content, kind] = i ? [gl.DEPTH_COMPONENT, gl.UNSIGNED_INT] : [gl.RGBA, gl.UNSIGNED_BYTE];
+      gl.bindTexture(gl.TEXTURE_2D, still.pictures[i]);
+      gl.texImage2D(gl.TEXTURE_2D, 0, format, width, height, 0, content, kind, null);
+      gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
+      gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
+      gl.framebufferTexture2D(gl.FRAMEBUFFER, place, gl.TEXTURE_2D, still.pictures[i], 0);
     });
   }
 
-  drawBalls(balls, light) {
+  copyStill() {
+    const { gl, still, programs: { copy: { program, places } } } = this;
+    gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
+    gl.useProgram(program);
+    still.pictures.forEach((picture, i) => {
+      gl.activeTexture(gl.TEXTURE0 + i);
+      gl.bindTexture(gl.TEXTURE_2D, picture);
+      gl.uniform1i(i ? places.depth : places.picture, i);
+    });
+    gl.activeTexture(gl.TEXTURE0);
+    this.strip(1);
+  }
+
+  // ---- what moves ----
+
+  drawShadows(balls, cue) {
+    const { gl, data: { scene: { radius }, cue: { length } } } = this;
+    gl.depthMask(false);
+    gl.blendFuncSeparate(gl.DST_COLOR, gl.ZERO, gl.ZERO, gl.ONE);
+    const { lamp } = this.light;
+    balls.forEach(({ place: [x, y, z], opacity }) => {
+      if (opacity <= 0.5 || z < 0 || z > 0.8 * lamp[2]) return;
+      const places = this.use('shadow', { count: 1, spheres: new Float32Array([x, y, z, radius]) });
+      // from the ends of the lamp, the shadow of the ball is farther away
+      const away = z / (lamp[2] - z);
+      const wide = radius * (3 + 2.5 * away);
+      const [dx, dy] = [(x - lamp[0]) * away, (y - lamp[1]) * away];
+      gl.uniform4f(places.area, x + dx / 2, y + dy / 2,
+        wide + Math.abs(dx) / 2 + 0.7 * lamp[3] * away, wide + Math.abs(dy) / 2);
+      this.strip(1);
+    });
+    if (cue.opacity > 0) {
+      const places = this.use('shadow', { count: 0 });
+      const butt = add(cue.tip, cue.direction, -length);
+      const [mx, my] = scale(add(cue.tip, butt), 0.5);
+      gl.uniform4f(places.area, mx, my, Math.abs(butt[0] - mx) + 0.2, Math.abs(butt[1] - my) + 0.2);
+      this.strip(1);
+    }
+    gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
+    gl.depthMask(true);
+  }
+
+  drawLines(camera, ratio, lines) {
+    const { gl, programs: { line: { program, places } } } = this;
+    gl.useProgram(program);
+    gl.uniformMatrix4fv(places.camera, false, camera.matrix);
+    gl.uniform2f(places.size, this.canvas.width, this.canvas.height);
+    for (const { name, colour, width, opacity } of lines) {
+      const { array, count } = this.lines.get(name) ?? { count: 0 };
+      if (count < 2 || opacity <= 0) continue;
+      gl.uniform1f(places.width, width * ratio);
+      gl.uniform3fv(places.c, shadeOf(colour));
+      gl.uniform1f(places.opacity, opacity);
+      this.strip(count - 1, array);
+    }
+  }
+
+  drawDots(camera, ratio, dots) {
+    const { gl, programs: { dot: { program, places } } } = this;
+    gl.useProgram(program);
+    gl.uniformMatrix4fv(places.camera, false, camera.matrix);
+    for (const { name, colour, width, opacity } of dots) {
+      const { array, count } = this.dots.get(name) ?? { count: 0 };
+      if (!count) continue;
+      gl.uniform1f(places.size, width * ratio);
+      gl.uniform3fv(places.c, shadeOf(colour));
+      gl.uniform1f(places.opacity, opacity);
+      gl.bindVertexArray(array);
+      gl.drawArrays(gl.POINTS, 0, count);
+    }
+  }
+
+  drawBalls(balls) {
     const { gl, data } = this;
-    const places = this.use('ball', light);
-    gl.uniform1f(places.radius, data.radius);
+    const places = this.use('ball');
+    gl.bindTexture(gl.TEXTURE_2D, this.numbers);
+    gl.uniform1f(places.radius, data.scene.radius);
     balls.forEach(({ place, turn, opacity }, i) => {
       if (opacity <= 0) return;
       const look = this.looks[i];
@@ -169,8 +303,8 @@ class Renderer {
   }
 
   // What every shader wants to know of the light, and of what casts shadows.
-  light(camera, balls, cue) {
-    const { table, radius, cue: { direction, length } } = this.data;
+  lightOf(camera, balls, cue) {
+    const { table, scene: { radius }, cue: { length } } = this.data;
     const spheres = new Float32Array(4 * MOST_BALLS);
     balls.slice(0, MOST_BALLS).forEach(({ place, opacity }, i) => {
       spheres.set([...place, opacity > 0.5 ? radius : 1e-6], 4 * i);
@@ -180,13 +314,14 @@ class Renderer {
       camera,
       lamp: table ? [0, 0, 1.0, 0.36 * table.size[0]] : [camera.target[0], camera.target[1], high, 0.6 * high],
       spheres, count: Math.min(balls.length, MOST_BALLS),
-      tip: cue.tip, butt: add(cue.tip, direction, -length), shade: 0.75 * cue.opacity,
+      tip: cue.tip, butt: add(cue.tip, cue.direction, -length), shade: 0.75 * cue.opacity,
     };
   }
 
-  use(name, { camera, lamp, spheres, count, tip, butt, shade }) {
+  use(name, others = {}) {
     const { gl } = this;
     const { program, places } = this.programs[name];
+    const { camera, lamp, spheres, count, tip, butt, shade } = { ...this.light, ...others };
     gl.useProgram(program);
     gl.uniformMatrix4fv(places.camera, false, camera.matrix);
     gl.uniform3fv(places.eye, camera.eye);
@@ -202,6 +337,12 @@ class Renderer {
   render({ array, count }) {
     this.gl.bindVertexArray(array);
     this.gl.drawArrays(this.gl.TRIANGLES, 0, count);
+  }
+
+  /** Draw rectangles whose corners a program makes of their numbers. */
+  strip(count, array = this.nothing) {
+    this.gl.bindVertexArray(array);
+    this.gl.drawArraysInstanced(this.gl.TRIANGLE_STRIP, 0, 4, count);
   }
 }
 

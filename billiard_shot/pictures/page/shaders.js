@@ -49,6 +49,16 @@ const LIGHT = `
     return 1.0 - cueShade * (r / wide) * (1.0 - smoothstep(0.0, 1.3 * wide, distance(over.xy, p.xy)));
   }
 
+  // Light of the lamp, with no ball in its way.
+  float unshaded(vec3 p, vec3 n) {
+    float light = 0.0;
+    for (int k = -1; k <= 1; k++) {
+      vec3 way = lamp.xyz + vec3(float(k) * 0.7 * lamp.w, 0.0, 0.0) - p;
+      light += max(dot(n, normalize(way)), 0.0) / (0.35 + 0.65 * dot(way, way) / (lamp.z * lamp.z));
+    }
+    return light;
+  }
+
   vec3 lit(vec3 p, vec3 n, vec3 colour, int self, vec3 sky) {
     float light = 0.0;
     for (int k = -1; k <= 1; k++) {
@@ -124,7 +134,7 @@ const SOLID = {
         float rings = noise(vec2(grain.x * 3.0, grain.y * 130.0)) + noise(vec2(grain.x * 9.0, grain.y * 420.0));
         base *= 0.72 + 0.28 * rings;
       }
-      vec3 light = lit(p, normal, base, -1, vec3(0.20)) * underCue(p);
+      vec3 light = lit(p, normal, base, -1, vec3(0.20)); // shadows are drawn later
       if (kind == ${WOOD} || kind == ${PLAIN}) {   // varnish
         vec3 r = reflect(normalize(p - eye), normal);
         float up = max(r.z, 1e-3);
@@ -203,23 +213,24 @@ const BALL = {
 const LINE = {
   vertex: `#version 300 es
     precision highp float;
-    layout(location = 0) in vec3 here;
-    layout(location = 1) in vec3 there;
-    layout(location = 2) in float side;
-    layout(location = 3) in float distance;
-    layout(location = 4) in float pattern;
+    layout(location = 0) in vec4 here;    // place, how far along
+    layout(location = 1) in vec4 there;   // the next point
+    layout(location = 2) in float pattern; // below 0: no line ends there
     uniform mat4 camera;
     uniform vec2 size;       // of the canvas, in pixels
     uniform float width;     // of lines, in pixels
     out float along;
     flat out int motion;
     void main() {
-      vec4 a = camera * vec4(here, 1.0), b = camera * vec4(there, 1.0);
+      vec4 a = camera * vec4(here.xyz, 1.0), b = camera * vec4(there.xyz, 1.0);
       vec2 d = (b.xy / b.w - a.xy / a.w) * size;
       d = length(d) > 1e-6 ? normalize(d) : vec2(1.0, 0.0);
-      a.xy += side * vec2(-d.y, d.x) * width / size * a.w;
-      gl_Position = a;
-      along = distance;
+      bool end = gl_VertexID > 1;
+      gl_Position = end ? b : a;
+      float side = float(gl_VertexID % 2) * 2.0 - 1.0;
+      gl_Position.xy += side * vec2(-d.y, d.x) * width / size * gl_Position.w;
+      if (pattern < 0.0) gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
+      along = end ? there.w : here.w;
       motion = int(pattern);
     }`,
   fragment: `#version 300 es
@@ -234,4 +245,66 @@ const LINE = {
       if (motion == 2 && fract(along / 0.015) > 0.45) discard;
       colour = vec4(c, 1.0) * opacity;
     }`,
+};
+
+// What a ball, or the cue, takes of the light of the cloth: drawn over the picture of the cloth.
+const SHADOW = {
+  vertex: `#version 300 es
+    precision highp float;
+    uniform mat4 camera;
+    uniform vec4 area;       // middle and half size, x and y
+    out vec3 p;
+    void main() {
+      vec2 corner = vec2(gl_VertexID % 2, gl_VertexID / 2) * 2.0 - 1.0;
+      p = vec3(area.xy + corner * area.zw, 2e-4);
+      gl_Position = camera * vec4(p, 1.0);
+    }`,
+  fragment: `#version 300 es
+    precision highp float;
+    in vec3 p;
+    out vec4 colour;
+    ${LIGHT}
+    void main() {
+      vec3 n = vec3(0.0, 0.0, 1.0), sky = vec3(0.20);
+      float all = ballCount > 0 ? unshaded(p, n) : 1.0;
+      float left = ballCount > 0 ? lit(p, n, vec3(1.0), -1, sky).x / (0.42 * all + sky.x) : underCue(p);
+      colour = vec4(vec3(pow(left, 1.0 / 1.6)), 1.0);
+    }`,
+};
+
+const COPY = { // a picture, and how deep everything in it is
+  vertex: `#version 300 es
+    out vec2 at;
+    void main() {
+      at = vec2(gl_VertexID % 2, gl_VertexID / 2);
+      gl_Position = vec4(at * 2.0 - 1.0, 0.0, 1.0);
+    }`,
+  fragment: `#version 300 es
+    precision highp float;
+    in vec2 at;
+    uniform sampler2D picture;
+    uniform highp sampler2D depth;
+    out vec4 colour;
+    void main() {
+      colour = texture(picture, at);
+      gl_FragDepth = texture(depth, at).r;
+    }`,
+};
+
+const DOT = {
+  vertex: `#version 300 es
+    precision highp float;
+    layout(location = 0) in vec3 place;
+    uniform mat4 camera;
+    uniform float size;      // pixels
+    void main() {
+      gl_Position = camera * vec4(place, 1.0);
+      gl_PointSize = size;
+    }`,
+  fragment: `#version 300 es
+    precision highp float;
+    uniform vec3 c;
+    uniform float opacity;
+    out vec4 colour;
+    void main() { colour = vec4(c, 1.0) * opacity; }`,
 };

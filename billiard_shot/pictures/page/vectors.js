@@ -74,3 +74,15 @@ function countUpTo(x, count, number) {
 // Colour #rrggbb as three numbers from 0 to 1: as it is shown, and linear in light.
 const shadeOf = (text) => [1, 3, 5].map((i) => parseInt(text.slice(i, i + 2), 16) / 255);
 const colourOf = (text) => shadeOf(text).map((part) => part ** 2.2);
+
+/** Turn about a vector by its length [rad], as a quaternion. */
+function rotation(vector) {
+  const angle = Math.hypot(...vector);
+  const part = angle > 1e-9 ? Math.sin(angle / 2) / angle : 0.5;
+  return [...scale(vector, part), Math.cos(angle / 2)];
+}
+
+/** Turn by the quaternion b, then by a. */
+const product = (a, b) => [
+  ...add(add(scale(b, a[3]), scale(a, b[3])), cross(a, b)), a[3] * b[3] - dot(a, b),
+];

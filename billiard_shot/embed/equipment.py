@@ -1,0 +1,108 @@
+"""
+What a page can change in a scene: effects, and numbers of cloth, cushions, balls and cue.
+
+A change is a list of entries of the exported arguments of `play_tables`: the path to each and its
+new value. The page needs no formula for this: it offers those numbers of a scene that are
+arguments of the core as they are.
+"""
+
+from collections.abc import Iterator
+import dataclasses
+from functools import lru_cache
+from typing import Any
+
+from billiard_shot.embed.packed import packed_play
+from billiard_shot.embed.plain import plain
+from billiard_shot.scene import Scene
+from billiard_shot.scene.parameters import Parameter, parameters_of, with_parameters
+from billiard_shot.scene.placement import CUE_BALL
+
+Path = tuple[str | int, ...]
+TRIED = 0.3, 0.7  # parts of the range of a number at which its entries are looked for
+LEFT_OUT = 'm', 's', 'any unit'  # a page draws lengths; effects use stiffnesses in their own way
+LARGEST_RATIO = 4.0  # between the bounds of a range and a value without published ones
+
+
+def equipment_of(scene: Scene) -> dict[str, Any]:
+    """
+    List what a page can change in a scene.
+
+    Returns
+    -------
+    dict
+        `effects`, by name: whether a shot simulates it if it is called for (`on`), and the
+        `change` that turns it off, or on. `parameters`: `name`, `value` and `unit` of each number,
+        the bounds of values to offer (`range`), and the `paths` of its entries.
+
+    """
+    return _equipment(dataclasses.replace(scene, balls={CUE_BALL: scene.cue_ball[:2]}))
+
+
+@lru_cache(maxsize=16)
+def _equipment(scene: Scene) -> dict[str, Any]:
+    base = plain(packed_play(scene))
+    parameters = [
+        {
+            'name': each.name,
+            'value': each.value,
+            'unit': each.unit,
+            'range': _range(each),
+            'paths': paths,
+        }
+        for each in parameters_of(scene)
+        if each.unit not in LEFT_OUT and (paths := _paths(scene, base, each))
+    ]
+    return {'effects': _effects(scene, base), 'parameters': parameters}
+
+
+def _effects(scene: Scene, base: Any) -> dict[str, Any]:
+    found = {}
+    for field in dataclasses.fields(scene.effects):
+        on = getattr(scene.effects, field.name) != 'off'
+        effects = dataclasses.replace(scene.effects, **{field.name: 'off' if on else 'auto'})
+        other = plain(packed_play(dataclasses.replace(scene, effects=effects)))
+        if change := list(_changes(base, other)):
+            found[field.name] = {'on': on, 'change': change}
+    return found
+
+
+def _range(number: Parameter) -> tuple[float, float]:
+    """Choose bounds of the values to offer: twice as far apart as published ones."""
+    value = number.value
+    low, high = value / LARGEST_RATIO, value * LARGEST_RATIO
+    if number.published:
+        low, high = min(number.published[0], value), max(number.published[1], value)
+        low, high = 1.5 * low - 0.5 * high, 1.5 * high - 0.5 * low
+    return max(number.low, low), min(number.high, high)
+
+
+def _paths(scene: Scene, base: Any, number: Parameter) -> list[Path]:
+    """Find the entries that are a number of the scene; none if one depends on it otherwise."""
+    low, high = _range(number)
+    found: list[list[Path]] = []
+    for part in TRIED:
+        value = low + part * (high - low)
+        try:
+            changed = with_parameters(scene, [number.name], [value])
+        except ValueError:  # it does not go together with another number
+            return []
+        changes = list(_changes(base, plain(packed_play(changed))))
+        if any(new != value for _, new in changes):
+            return []
+        found.append([path for path, _ in changes])
+    return found[0] if found[0] == found[1] else []
+
+
+def _changes(before: Any, after: Any, path: Path = ()) -> Iterator[tuple[Path, Any]]:
+    """Yield path and new value of each entry that differs."""
+    if before == after:
+        return
+    if isinstance(before, dict) and isinstance(after, dict) and before.keys() == after.keys():
+        keys: Any = before
+    elif isinstance(before, list) and isinstance(after, list) and len(before) == len(after):
+        keys = range(len(before))
+    else:
+        yield path, after
+        return
+    for key in keys:
+        yield from _changes(before[key], after[key], (*path, key))

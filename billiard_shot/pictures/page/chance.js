@@ -1,0 +1,81 @@
+// A moment after a change: how likely the shot is with the errors of the player, and where balls end.
+
+const FIRST_STROKES = 200;
+const STROKES = 2000;
+const SEED = 1;
+const QUIET = 150; // ms without a change
+const CLOUDS = { cue: '#ffffff', target: '#e69f00' };
+const ERRORS = [ // name, label, kind, range
+  ['speed', 'speed', 'speed', [0, 0.3]],
+  ['azimuth', 'direction', 'angle', [0, 1 / DEGREES]],
+  ['elevation', 'elevation', 'angle', [0, 1 / DEGREES]],
+  ['a', 'side', 'offset', [0, 0.1]],
+  ['b', 'height', 'offset', [0, 0.1]],
+];
+let estimates = 0; // that were begun
+let estimate = null; // the last: `chance` and `interval` if there is a target, and `spread`
+let running = null; // the table whose workers play
+
+const targetNow = () => state.target ?? intended(shown);
+
+function forgetEstimate() {
+  estimates += 1;
+  estimate = null;
+  running?.close();
+  running = null;
+  clearClouds();
+  showChance();
+  estimateSoon();
+}
+
+const estimateSoon = afterQuiet(QUIET, async () => {
+  estimates += 1;
+  const [number, target, table] = [estimates, targetNow(), tableFor(state)];
+  if (shown.refused) return;
+  running = table;
+  for (const n of [FIRST_STROKES, STROKES]) {
+    const strokes = table.drawn(offsetsOf(state.stroke), state.noise, n, SEED);
+    const sample = await table.sample(state.balls, strokes);
+    if (number !== estimates) return;
+    estimate = { n, target, ...(target && sample.chance(target)) };
+    setClouds(sample, target);
+    showChance();
+    draw();
+  }
+  running = null;
+  tell('estimate', estimate);
+});
+
+function setClouds(sample, target) {
+  const places = (name) => sample.rests(name).flatMap(([x, y]) => [x, y, 2 * LIFT]);
+  renderer?.setDots('cue', places('cue'));
+  renderer?.setDots('target', target ? places(target.ball) : []);
+}
+
+function clearClouds() {
+  for (const name of Object.keys(CLOUDS)) renderer?.setDots(name, []);
+}
+
+const clouds = () => Object.entries(CLOUDS)
+  .map(([name, colour]) => ({ name, colour, width: 2, opacity: 0.5 }));
+
+const inWords = ({ ball, pocket }) => `${ballInWords(ball)} into ${placeInWords(pocket ?? 'any pocket')}`;
+
+const percent = (part) => `${fixed(100 * part, part > 0 && part < 0.095 ? 1 : 0)} %`;
+
+function showChance() {
+  const target = targetNow();
+  element('aim-at').textContent = target ? inWords(target) : '';
+  const known = estimate?.interval;
+  element('chance').textContent = known ? percent(estimate.chance) : '';
+  element('interval').textContent = known
+    ? `${percent(known[0])} to ${percent(known[1])}, ${estimate.n} strokes with your errors` : '';
+  element('bar').style.width = known ? `${100 * estimate.chance}%` : '0';
+}
+
+function fillErrors() {
+  element('errors').replaceChildren(...ERRORS.map(([name, label, kind, range]) => field(
+    label, kind, range, () => state.noise[name],
+    (value) => change({ noise: { ...state.noise, [name]: Math.max(value, 0) } }, `error of ${name}`),
+  )));
+}

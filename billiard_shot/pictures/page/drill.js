@@ -1,0 +1,32 @@
+// A drill: a start that is kept; each try is played with errors of the player, and counted.
+
+function beginDrill() {
+  const target = targetNow();
+  if (target) change({ drill: { tries: 0, successes: 0 }, target });
+}
+
+/** Play the stroke with errors; count whether the ball falls, and the cue ball does not. */
+function tryDrill() {
+  const { drill, target: { ball, pocket } } = state;
+  const table = tableFor(state);
+  // another seed for each try, so that a link brings the same tries back
+  const [stroke] = table.drawn(offsetsOf(state.stroke), state.noise, 1, SEED + 1 + drill.tries);
+  stroke.elevation = clamp(stroke.elevation, 0, Math.PI / 2);
+  stroke.azimuth = turned(stroke.azimuth);
+  const { balls, refused } = table.shoot(state.balls, stroke);
+  const potted = !refused && balls[ball].motion === 'POCKETED' && (!pocket || balls[ball].pocket === pocket)
+    && !['POCKETED', 'OFF_TABLE'].includes(balls.cue.motion);
+  change({ played: stroke, drill: { tries: drill.tries + 1, successes: drill.successes + potted } });
+  play(true);
+}
+
+function showDrill() {
+  const { drill } = state;
+  element('no-drill').hidden = Boolean(drill);
+  element('drilling').hidden = !drill;
+  if (!drill) return;
+  const { tries, successes } = drill;
+  element('drill-target').textContent = inWords(targetNow());
+  element('score').textContent = tries
+    ? `${successes} of ${tries}: ${percent(successes / tries)}` : 'no try yet';
+}

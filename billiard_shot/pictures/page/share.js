@@ -1,0 +1,172 @@
+// The state in the address of the page, and as text for files and for other programs.
+
+const LINKED = ['balls', 'stroke', 'level', 'noise', 'effects', 'parameters', 'target', 'units', 'drill'];
+const LONGEST = 2000; // characters of a link's fragment
+let initial = null; // the state that a page begins with
+
+const fieldsOf = (given, names) => Object.fromEntries(names.map((name) => [name, given[name]]));
+
+/** The fragment of an address that brings the state back: what differs from the beginning. */
+function linkOf(given) {
+  const isChanged = (name) => JSON.stringify(given[name]) !== JSON.stringify(initial[name]);
+  const changed = fieldsOf(given, LINKED.filter(isChanged));
+  if (!Object.keys(changed).length) return '';
+  const bytes = new TextEncoder().encode(JSON.stringify(changed));
+  return btoa(String.fromCharCode(...bytes)).replaceAll('+', '-').replaceAll('/', '_').replaceAll('=', '');
+}
+
+/** What a fragment says; throws if it makes no sense. */
+function readLink(fragment) {
+  const letters = atob(fragment.replaceAll('-', '+').replaceAll('_', '/'));
+  const bytes = Uint8Array.from(letters, (letter) => letter.charCodeAt(0));
+  return acceptable(JSON.parse(new TextDecoder('utf-8', { fatal: true }).decode(bytes)));
+}
+
+/** Fields of a state that came from elsewhere; throws if one makes no sense. */
+function acceptable(given) {
+  const taken = fieldsOf(given, LINKED.filter((name) => Object.hasOwn(given, name)));
+  const next = { ...state, ...taken };
+  const must = (good, what) => {
+    if (!good) throw new RangeError(`${what} makes no sense`);
+  };
+  const isObject = (value) => typeof value === 'object' && value !== null && !Array.isArray(value);
+  const finite = (value) => typeof value === 'number' && Number.isFinite(value);
+  const table = tableFor({ effects: [], parameters: {} });
+  for (const name of ['balls', 'stroke', 'noise', 'parameters']) must(isObject(next[name]), name);
+  must(Object.values(next.balls).every(Array.isArray), 'balls');
+  table.check(next.balls, next.stroke);
+  table.checkNoise(next.noise);
+  OFFSETS.forEach((name) => must(finite(next.stroke[name]), `stroke.${name}`));
+  must(finite(next.level) && next.level >= 0 && next.level <= Math.PI / 2, 'level');
+  const isEffect = (name) => Object.hasOwn(data.equipment.effects, name);
+  must(Array.isArray(next.effects) && next.effects.every(isEffect), 'effects');
+  for (const [name, value] of Object.entries(next.parameters)) {
+    const known = data.equipment.parameters.find((each) => each.name === name);
+    must(known && finite(value) && value >= known.range[0] && value <= known.range[1], name);
+  }
+  if (next.target !== null) {
+    must(isObject(next.target) && Object.hasOwn(next.balls, next.target.ball), 'target');
+    must([undefined, ...data.scene.pockets].includes(next.target.pocket), 'target');
+  }
+  must(Object.hasOwn(UNITS, next.units), 'units');
+  const { drill } = next;
+  const isCounted = isObject(drill) && Number.isInteger(drill.tries) && Number.isInteger(drill.successes);
+  must(drill === null || (isCounted && next.target), 'drill');
+  return taken;
+}
+
+const writeLink = afterQuiet(400, () => {
+  const link = linkOf(state);
+  const address = link && link.length <= LONGEST ? `#${link}` : location.pathname + location.search;
+  try {
+    history.replaceState(null, '', address);
+  } catch { /* a page without an address of its own, in a frame */ }
+});
+
+function followLink() {
+  const fragment = location.hash.slice(1);
+  if (!fragment || fragment === linkOf(state)) return;
+  try {
+    change(readLink(fragment));
+  } catch (error) {
+    element('hint').textContent = `The link does not fit this table: ${error.message}`;
+    element('hint').hidden = false;
+  }
+}
+
+// ---- texts ----
+
+const EXPORTS = { // what, file, text
+  link: ['Link', '', () => `${location.href.split('#')[0]}#${linkOf(state)}`],
+  scene: ['Scene', 'scene.yaml', () => yaml(sceneAsData())],
+  stroke: ['Stroke', 'stroke.yaml', () => `- {${strokeParts((name, x) => `${name}: ${scalar(x)}`).join(', ')}}\n`],
+  python: ['Python', 'shot.py', pythonText],
+  command: ['Command', 'shot.sh', () => `billiard-shot predict scene.yaml ${strokeParts(
+    (name, x) => `--${name.replace('_', '-')} ${[x].flat().join(' ')}`).join(' ')}\n`],
+  ros: ['ROS 2', 'shot-ros.sh', rosText],
+};
+
+/** The scene as a scene file has it, with what was changed. */
+function sceneAsData() {
+  const scene = structuredClone(data.source);
+  scene.balls = state.balls;
+  for (const name of state.effects) scene.effects[name] = data.equipment.effects[name].on ? 'off' : 'auto';
+  for (const [name, value] of Object.entries(state.parameters)) {
+    const path = name.split('.');
+    path.slice(0, -1).reduce((place, key) => (place[key] ??= {}), scene)[path.at(-1)] = value;
+  }
+  return scene;
+}
+
+/** The parts of the stroke as stroke files and options have them; vectors if it came so. */
+function strokeParts(write) {
+  const { normal, velocity, a, b, elevation, azimuth, speed } = state.stroke;
+  const parts = normal ? { normal, velocity }
+    : { a, b, elevation_deg: elevation * DEGREES, azimuth_deg: azimuth * DEGREES, speed };
+  return Object.entries(parts).map(([name, value]) => write(name, value));
+}
+
+function pythonText() {
+  const { normal, velocity } = state.stroke;
+  const stroke = normal ? `Stroke(${JSON.stringify(normal)}, ${JSON.stringify(velocity)})`
+    : `Stroke.from_offsets(${OFFSETS.map((name) => `${name}=${state.stroke[name]}`).join(', ')})`;
+  const scene = JSON.stringify(sceneAsData()).replaceAll(/\b(true|false|null)\b(?=[,}\]])/g,
+    (word) => ({ true: 'True', false: 'False', null: 'None' })[word]);
+  return `from billiard_shot import predict, Scene, Stroke\n\nscene = Scene.from_dict(${scene})\n`
+    + `shot = predict(scene, ${stroke})\nprint(shot)\n`;
+}
+
+function rosText() {
+  const { a, b, elevation, azimuth, speed } = state.stroke;
+  const { right, up, along } = axesOf(state.stroke);
+  const ball = [...state.balls.cue, data.scene.radius];
+  const axis = add(scale(right, a * CURVED), up, b * CURVED);
+  const tip = add(add(ball, axis, data.scene.radius), along, -2 * data.scene.radius);
+  const turn = product(rotation([0, 0, azimuth]), rotation([0, elevation, 0]));
+  const vector = (values) => `{${values.map((x, i) => `${'xyzw'[i]}: ${scalar(x)}`).join(', ')}}`;
+  return 'ros2 service call /predict_shot billiard_shot_msgs/srv/PredictShot \\\n'
+    + `  "{cue_pose: {position: ${vector(tip)}, orientation: ${vector(turn)}}, speed: ${scalar(speed)}, `
+    + `ball_position: ${vector(ball)}}"\n`;
+}
+
+/** A number as YAML 1.1 has it, with a point before an exponent; other values as JSON. */
+function scalar(value) {
+  if (Array.isArray(value)) return `[${value.map(scalar).join(', ')}]`;
+  const text = JSON.stringify(value);
+  return typeof value === 'number' ? text.replace(/^(-?\d+)e/, '$1.0e') : text;
+}
+
+function yaml(values, indent = '') {
+  return Object.entries(values).map(([key, value]) => {
+    const name = /^[A-Za-z_]\w*$/.test(key) ? key : JSON.stringify(key);
+    const nested = typeof value === 'object' && value !== null && !Array.isArray(value);
+    if (!nested) return `${indent}${name}: ${scalar(value)}\n`;
+    const inner = yaml(value, `${indent}  `);
+    return inner ? `${indent}${name}:\n${inner}` : `${indent}${name}: {}\n`;
+  }).join('');
+}
+
+function fillExports() {
+  fill('export', Object.entries(EXPORTS).map(([key, [text]]) => [text, key]));
+  element('export').addEventListener('change', showExport);
+  element('copy').addEventListener('click', async () => {
+    const text = element('exported');
+    text.select();
+    try {
+      await navigator.clipboard.writeText(text.value);
+    } catch {
+      document.execCommand('copy'); // where the clipboard asks for more, such as in a file
+    }
+  });
+  element('download').addEventListener('click', () => {
+    const file = URL.createObjectURL(new Blob([element('exported').value], { type: 'text/plain' }));
+    make('a', '', { href: file, download: EXPORTS[element('export').value][1] }).click();
+    setTimeout(() => URL.revokeObjectURL(file), 1000);
+  });
+}
+
+function showExport() {
+  const [, file, text] = EXPORTS[element('export').value];
+  element('exported').value = text();
+  element('download').hidden = !file;
+}

@@ -1,0 +1,106 @@
+// What happened in words, and why a ball missed.
+
+const REFUSALS = { // by status: why nothing was played
+  MISS: 'the tip passes the ball',
+  NEGATIVE_ELEVATION: 'the stroke points up',
+  CUE_THROUGH_CLOTH: 'the cue would pass through the cloth: hit higher, or raise it',
+  CUE_THROUGH_BALL: 'another ball is in the way of the cue',
+  CUE_THROUGH_CUSHION: 'a cushion is in the way of the cue',
+  INVALID_STROKE: 'there is no such stroke',
+};
+const TROUBLES = { // by status: what is wrong with the result
+  INFINITE_SEQUENCE: 'an infinite, decaying sequence of impacts was replaced by its limit',
+  NEGATIVE_ENERGY: 'law: poisson drove an elastic energy below zero; take another law',
+  TOLERANCE_NOT_REACHED: 'tolerance: not reached',
+  BUDGET_EXCEEDED: 'step budget exceeded in the impact or the bounces; the result is incomplete',
+};
+
+/** What happened in a shot, in one line. */
+function sentenceOf({ shot, refused, balls, events, effects }) {
+  if (refused) return REFUSALS[shot.status] ?? placeInWords(shot.status.toLowerCase());
+  const falls = events.filter(({ kind }) => kind === 'pocket').map(({ balls: [ball], place }) =>
+    `${ball === 'cue' ? 'cue ball scratched' : ball} into ${placeInWords(place)}`);
+  const offs = events.filter(({ kind }) => kind === 'off').map(({ balls: [ball] }) =>
+    `${ballInWords(ball)} off the table`);
+  const first = shot.balls.cue.first_contact;
+  const others = balls.filter(({ there }) => there).length > 1;
+  const again = doubleHit(shot, effects);
+  const endless = balls.find(({ segments }) => isEndless(segments));
+  const last = threeDigits(balls[0].segments.at(-1).time);
+  const when = again ? `at ${threeDigits(again)} s` : 'during the strike';
+  return [
+    shot.status === 'NEVER_RESTS'
+      && `nothing stops the ball: its last motion, from ${last} s on, is endless`,
+    TROUBLES[shot.status],
+    shot.cue.miscue && 'a miscue: the tip still slid when it left the ball',
+    ...falls, ...offs,
+    first >= 0 ? `first contact ${data.scene.names[first]}` : others && 'no ball hit',
+    again !== null && `a double hit: the cue hits the ball again ${when}`,
+    !endless && `at rest after ${threeDigits(shot.duration)} s`,
+  ].filter(Boolean).join('; ');
+}
+
+/** When the cue hits the ball again [s], 0: during the strike; null: it does not. */
+function doubleHit({ cue, segments }, effects) {
+  const effect = data.equipment.effects.double_hit; // not there: a page that cannot turn it off
+  if (effect && effect.on === effects.includes('double_hit')) return null;
+  if (cue.hits > 1) return 0;
+  return segments.cue.find(({ cause }) => cause === 'CUE')?.time ?? null;
+}
+
+/**
+ * The ball that a shot pots, or seems to be meant to: the one that it meets first, with the pocket that
+ * this ball comes nearest to on its way.
+ */
+function intended(shown) {
+  if (shown.refused || !data.scene.pockets.length) return null;
+  const falls = shown.events.find(({ kind, balls }) => kind === 'pocket' && balls[0] !== 'cue');
+  if (falls) return { ball: falls.balls[0], pocket: falls.place };
+  const met = firstContact(shown);
+  if (!met) return null;
+  const { position, velocity } = stateAt(ballNamed(shown, met.balls[1]).segments, met.time);
+  const off = data.table.holes.map((hole) => Math.abs(angleBetween(velocity, add(hole, position, -1))));
+  return { ball: met.balls[1], pocket: data.scene.pockets[off.indexOf(Math.min(...off))] };
+}
+
+const ballNamed = (shown, name) => shown.balls.find((ball) => ball.name === name);
+
+/** The angle from one horizontal direction to another [rad], positive to the left. */
+function angleBetween([ux, uy], [vx, vy]) {
+  return Math.atan2(ux * vy - uy * vx, ux * vx + uy * vy);
+}
+
+/** Why a ball is not in a pocket; empty if it is, or if there is nothing to say. */
+function whyMissed(shown, target) {
+  const fallen = shown.events.find(({ kind, balls }) => kind === 'pocket' && balls[0] === target.ball);
+  const [ball, pocket] = [ballInWords(target.ball), placeInWords(target.pocket ?? 'the pockets')];
+  if (fallen) {
+    const other = target.pocket && fallen.place !== target.pocket;
+    return other ? `${ball} falls into ${placeInWords(fallen.place)}, not ${pocket}` : '';
+  }
+  const of = ({ kind, balls }, kinds) => kinds.includes(kind) && balls.includes(target.ball);
+  const meets = shown.events.find((event) => of(event, ['ball', 'cluster']));
+  if (!meets) return `${ball} is not hit`;
+  if (!target.pocket) return '';
+  const hole = data.table.holes[data.scene.pockets.indexOf(target.pocket)];
+  const { segments } = ballNamed(shown, target.ball);
+  const { position, velocity } = stateAt(segments, meets.time);
+  const way = add(hole, position, -1);
+  const told = (angle) => `${fixed(Math.abs(angle) * DEGREES, 1)}°`;
+  const side = (angle) => (angle > 0 ? 'left' : 'right');
+  const off = angleBetween(way, velocity);
+  const reasons = [`leaves ${told(off)} too far ${side(off)}`];
+  if (meets.balls[0] === 'cue' && meets.kind === 'ball') {
+    const cue = stateAt(shown.balls[0].segments, meets.time).position;
+    const thrown = angleBetween(add(position, cue, -1), velocity);
+    reasons.push(`throw turns it ${told(thrown)} to the ${side(thrown)}`);
+  }
+  const next = shown.events.find((event) => event.time > meets.time + 1e-9
+    && of(event, ['ball', 'cluster', 'cushion', 'rest', 'off']));
+  if (next?.kind === 'rest') {
+    const gone = add(stateAt(segments, next.time).position, position, -1);
+    const far = (vector) => inUnits(Math.hypot(vector[0], vector[1]), 'length');
+    reasons.push(`stops after ${far(gone)} of ${far(way)}`);
+  } else if (next) reasons.push(next.text.replace(/^.*? (?=meets|leaves)/, ''));
+  return `${ball} misses ${pocket}: it ${reasons.join('; ')}`;
+}
