@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from billiard_shot.calibration.check import check
+from billiard_shot.calibration.check import Check, check
 from billiard_shot.calibration.checkpoint import Checkpoint, State
 from billiard_shot.calibration.comparison import FIRST_SCALES
 from billiard_shot.calibration.estimate import Estimate
@@ -126,29 +126,14 @@ def calibrate(
         )
     mapped: Mapped = map if executor is None else executor.map
     work = _Work(mapped, progress, len(horizons) * len(used) + 2 * len(tested))
-    shot_names = [each.shot.name for each in usable]
-    request = scene.to_dict(), sought, horizons, share, seed, shot_names
-    saved = Checkpoint(checkpoint, request)
+    content = [(each.shot.name, len(each.watched.place)) for each in usable]
+    saved = Checkpoint(checkpoint, (scene.to_dict(), sought, horizons, share, seed, content))
     model = model_of(scene, read)
     shots = [Shot(each.watched, each.recording, _first_launch(each, model)) for each in used]
     problem, found = _fitted(model, sought, shots, horizons, seed, work, saved)
     problem, found, intervals = _decided(problem, found, work)
     fitted = problem.model_at(found.values)
-    work.text = 'shots held out'
-    checks, checks_before = (
-        tuple(
-            each
-            for each in work.ticking(
-                check,
-                [
-                    (by, one.recording, one.shot, np.inf, (seed, number))
-                    for number, one in enumerate(tested)
-                ],
-            )
-            if each is not None
-        )
-        for by in (fitted, model)
-    )
+    checks, checks_before = (_checked(by, tested, seed, work) for by in (fitted, model))
     saved.remove()
     return Calibration(
         scene=replace(fitted.scene, balls=scene.balls),
@@ -233,6 +218,18 @@ def _decided(
             problem, found = without, tried
             intervals = intervals_of(problem, found)
     return problem, found, intervals
+
+
+def _checked(
+    model: Model, tested: Sequence[Usable], seed: int, work: '_Work'
+) -> tuple[Check, ...]:
+    """Predict shots that were not fitted; leave out those without any launch."""
+    work.text = 'shots held out'
+    items = [
+        (model, each.recording, each.shot, np.inf, (seed, number))
+        for number, each in enumerate(tested)
+    ]
+    return tuple(each for each in work.ticking(check, items) if each is not None)
 
 
 def _estimates(

@@ -106,8 +106,6 @@ class JointFit:
         With their launches.
     scales : (knots,) float array
         Of errors, see `compare` [m].
-    horizon : float
-        Until which samples were compared [s].
     curvatures, gradients : (shots, common, common) and (shots, common) float array
         Of the costs of the shots, but for a factor of 2.
     converged : bool
@@ -118,7 +116,6 @@ class JointFit:
     values: Floats
     shots: tuple[Shot, ...]
     scales: Floats
-    horizon: float
     curvatures: Floats
     gradients: Floats
     converged: bool
@@ -183,8 +180,8 @@ def _without_launch(
 ) -> tuple[Floats, Floats]:
     """Return the normal matrix of common numbers, and the change of the launch with them."""
     between = (own * weights) @ common.T
-    follows: Floats = -np.linalg.solve((own * weights) @ own.T + precision, between)
-    return (common * weights) @ common.T + between.T @ follows, follows
+    solved: Floats = np.linalg.solve((own * weights) @ own.T + precision, between)
+    return (common * weights) @ common.T - between.T @ solved, -solved
 
 
 class Problem(NamedTuple):
@@ -281,9 +278,7 @@ def fit(
     converged = bool((parts < NEAR).all()) or _gain(problem, reduced, move) < FLAT
     curvatures = np.stack([each.curvature for each in reduced])
     gradients = np.stack([each.gradient for each in reduced])
-    return JointFit(
-        values, tuple(shots), scales, problem.horizon, curvatures, gradients, converged, cost
-    )
+    return JointFit(values, tuple(shots), scales, curvatures, gradients, converged, cost)
 
 
 def _followed(

@@ -172,8 +172,8 @@ def test_places_of_another_unit_are_refused(few):
 @pytest.mark.slow
 def test_all_usual_numbers_are_found_from_eight_shots():
     draw = np.random.default_rng(2)
-    low = [0.15, 0.0035, 0.0, 4.0, 0.92, 0.005, 0.04, 0.84, 0.18, 0.03, 2.835, 1.415]
-    high = [0.25, 0.008, 0.4, 11.0, 0.98, 0.06, 0.14, 0.94, 0.28, 0.14, 2.845, 1.425]
+    low = [0.15, 0.0035, 0.0, 4.0, 0.92, 0.005, 0.04, 0.84, 0.18, 0.0, 0.03, 2.835, 1.415]
+    high = [0.25, 0.008, 0.002, 11.0, 0.98, 0.06, 0.14, 0.94, 0.28, 0.05, 0.14, 2.845, 1.425]
     numbers = dict(zip(USUAL_NAMES, draw.uniform(low, high).tolist(), strict=True))
     result = calibrate(recorded(numbers, 8, 2), CAROM, horizon=3.0, held_out=0.0)
     assert result.converged
