@@ -38,7 +38,7 @@ from billiard_shot.scene import Scene, SceneLike
 from billiard_shot.scene.errors import refused
 from billiard_shot.scene.values import as_float, positive, whole
 
-FIRST_HORIZON, HORIZON, GROWTH = 1.0, 4.0, 2.0
+FIRST_HORIZON, HORIZON, GROWTH = 1.0, 8.0, 2.0
 """First and last time after the strike that count for common numbers [s], and their ratio."""
 
 LEAST_SHOTS = 5
