@@ -180,8 +180,9 @@ def _without_launch(
 ) -> tuple[Floats, Floats]:
     """Return the normal matrix of common numbers, and the change of the launch with them."""
     between = (own * weights) @ common.T
-    solved: Floats = np.linalg.solve((own * weights) @ own.T + precision, between)
-    return (common * weights) @ common.T - between.T @ solved, -solved
+    inner = (own * weights) @ own.T + precision
+    follows: Floats = np.negative(np.linalg.solve(inner, between))
+    return (common * weights) @ common.T + between.T @ follows, follows
 
 
 class Problem(NamedTuple):
