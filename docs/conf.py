@@ -17,7 +17,7 @@ project = 'billiard_shot'
 author = 'billiard_shot maintainers'
 project_copyright = author
 
-extensions = ['myst_parser', 'sphinx.ext.autodoc', 'docstrings', 'mathml']
+extensions = ['myst_parser', 'sphinx.ext.autodoc', 'docstrings', 'live', 'mathml']
 exclude_patterns = ['_build']
 default_role = 'code'
 

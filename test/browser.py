@@ -9,6 +9,8 @@ import shutil
 import subprocess
 import time
 
+import numpy as np
+
 NAMES = ('chromium', 'chromium-browser', 'google-chrome', 'google-chrome-stable')
 OPTIONS = (
     '--headless=new',
@@ -114,10 +116,11 @@ class Browser:
         elif event.get('method') == 'Network.requestWillBeSent':
             self.requests.append(parameters['request']['url'])
 
-    def open(self, path):
+    def open(self, path, fragment=''):
         """Open a file and wait until it is loaded."""
         self.requests = []
-        self.call('Page.navigate', url=Path(path).as_uri())
+        self.call('Page.navigate', url='about:blank')  # else a fragment alone is followed
+        self.call('Page.navigate', url=Path(path).as_uri() + fragment)
         self.wait_for('document.readyState === "complete"')
 
     def run(self, script):
@@ -166,3 +169,44 @@ class Browser:
             self.process.wait()
         os.close(self.send_end)
         os.close(self.receive_end)
+
+
+# ---- the page of a shot ----
+
+
+def opened(browser, path, text, fragment=''):
+    """Write a page, open it and wait until it can be played on."""
+    path.write_text(text, encoding='utf-8')
+    browser.messages.clear()
+    browser.open(path, fragment)
+    browser.wait_for('document.body.dataset.ready === "true"')
+    browser.settle()
+    return browser
+
+
+def choose(browser, field, value):
+    browser.run(
+        f"(() => {{ const s = document.getElementById('{field}'); s.value = {value!r};"
+        "s.dispatchEvent(new Event('change')); })()"
+    )
+    browser.settle()
+
+
+def click(browser, x, y):
+    for kind in ('mousePressed', 'mouseReleased'):
+        browser.mouse(kind, x, y, button='left', buttons=1, clickCount=1)
+    browser.settle()
+
+
+def drag(browser, begin, end):
+    browser.mouse('mousePressed', *begin, button='left', buttons=1, clickCount=1)
+    for part in (0.3, 0.7, 1.0):
+        x, y = np.array(begin) + part * (np.array(end) - begin)
+        browser.mouse('mouseMoved', x, y, button='left', buttons=1)
+    browser.mouse('mouseReleased', *end, button='left', clickCount=1)
+    browser.settle()
+
+
+def open_tab(browser, name):
+    browser.run(f"document.getElementById('tab-{name}').click()")
+    browser.settle()

@@ -76,7 +76,7 @@ def test_a_miscue_is_said_in_every_format(capsys):
     (row,) = csv.DictReader(io.StringIO(capsys.readouterr().out))
     assert (row['status'], row['miscue']) == ('OK', 'True')
     assert main(arguments) == 0
-    assert capsys.readouterr().out.startswith('OK: a miscue: the tip still slid when it left')
+    assert capsys.readouterr().out.startswith('OK: a miscue: the tip slid on the ball')
 
 
 def test_refused_strokes_are_said_on_stderr(capsys):

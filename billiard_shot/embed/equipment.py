@@ -19,6 +19,7 @@ from billiard_shot.scene.placement import CUE_BALL
 
 Path = tuple[str | int, ...]
 TRIED = 0.3, 0.7  # parts of the range of a number at which its entries are looked for
+LEFT_OUT = 'm', 's', 'any unit'  # a page draws lengths; effects use stiffnesses in their own way
 LARGEST_RATIO = 4.0  # between the bounds of a range and a value without published ones
 
 
@@ -49,8 +50,7 @@ def _equipment(scene: Scene) -> dict[str, Any]:
             'paths': paths,
         }
         for each in parameters_of(scene)
-        if each.unit != 'm'  # a page draws lengths
-        and (paths := _paths(scene, base, each))
+        if each.unit not in LEFT_OUT and (paths := _paths(scene, base, each))
     ]
     return {'effects': _effects(scene, base), 'parameters': parameters}
 

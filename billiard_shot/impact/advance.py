@@ -1,5 +1,7 @@
 """Advance of the state to the end of a step, with the impulses and losses of the step."""
 
+from math import sqrt
+
 from billiard_shot.compiled import inner
 from billiard_shot.impact.options import METHOD_OPTIONS
 from billiard_shot.impact.state import (
@@ -10,6 +12,7 @@ from billiard_shot.impact.state import (
     resists,
     SLIP,
     SLIP_ONSET,
+    slip_speed,
     slips,
 )
 from billiard_shot.numerics.polynomial import evaluate
@@ -40,6 +43,15 @@ def friction_work(c: ContactState, order: int, x: float) -> float:
 
 
 @inner
+def slip_way(c: ContactState, order: int, x: float) -> float:
+    """Integral from 0 to x of the size of a contact's slip, by Simpson's rule."""
+    half_1, half_2 = evaluate(c.slip_1, order, 0.5 * x), evaluate(c.slip_2, order, 0.5 * x)
+    end_1, end_2 = evaluate(c.slip_1, order, x), evaluate(c.slip_2, order, x)
+    total = slip_speed(c) + 4.0 * sqrt(half_1 * half_1 + half_2 * half_2)
+    return (total + sqrt(end_1 * end_1 + end_2 * end_2)) * x / 6.0
+
+
+@inner
 def advance(m: Model, contacts: list[ContactState], scale: float, order: int, x: float) -> None:
     """Move the state to x on the polynomials, and add the impulses and the friction losses."""
     for j in range(len(contacts)):
@@ -49,6 +61,8 @@ def advance(m: Model, contacts: list[ContactState], scale: float, order: int, x:
             if resists(c):
                 c.impulse_1 += scale * integral(c.friction_1, order, x)
                 c.impulse_2 += scale * integral(c.friction_2, order, x)
+            if c.closings == 1 and (slips(c) or c.friction == 0.0):
+                c.slid += scale * slip_way(c, order, x)
             if slips(c):
                 c.friction_loss -= scale * friction_work(c, order, x)
     for j in range(len(contacts)):

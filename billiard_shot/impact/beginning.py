@@ -231,7 +231,8 @@ def start_contact(
     c.slip_dir_1, c.slip_dir_2 = 0.0, 0.0
     c.impulse, c.impulse_1, c.impulse_2 = 0.0, 0.0, 0.0
     c.restitution_loss, c.friction_loss = 0.0, 0.0
-    c.first_slip, c.final_slip = 0.0, 0.0
+    c.final_slip, c.slid, c.slid_to_peak = 0.0, 0.0, 0.0
+    c.began, c.touched = 0.0, 0.0
     c.discontinuity_margin = inf
 
 

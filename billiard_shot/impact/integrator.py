@@ -322,6 +322,10 @@ def apply_event(
         p.status = NEGATIVE_ENERGY
     known = event.x > 0.0 or contacts[j].velocity[0] == 0.0
     jumped = apply(m, contacts, ws, event, known, p.next_turn - p.time)
+    if kind == ACTIVATION:
+        contacts[j].began = p.time
+    elif kind in (RESTITUTION_END, SPRING_EXHAUSTED):
+        contacts[j].touched += p.time - contacts[j].began
     if kind == CONE_EXIT and p.stiff > 1:  # else slip onsets follow each other without end
         defer_friction(m, contacts)
         jumped = True
@@ -423,6 +427,7 @@ def end(
     log_phase(m, contacts, p, log, ENERGY_FLOOR, -1)
     for j in range(len(contacts)):
         if is_active(contacts[j]):
+            contacts[j].touched += p.time - contacts[j].began
             deactivate(m, contacts[j])
             if m.moves:
                 part(contacts, ws, j)

@@ -30,7 +30,7 @@ from billiard_shot.status import INFINITE_SEQUENCE, OK, TOLERANCE_NOT_REACHED
 
 @record
 class ContactResult:
-    """Impulse, losses and slips of a contact after a collision."""
+    """Impulse, losses, slips and times of a contact after a collision."""
 
     # [N s] on body a: along the normal, and along the tangents; or along x, y and z, if the
     # bodies are those of moving_bodies.py.
@@ -39,8 +39,14 @@ class ContactResult:
     impulse_2: float
     restitution_loss: float  # [J]
     friction_loss: float  # [J]
-    first_slip: float  # [m/s] when the contact ended for the first time, and the last time
-    final_slip: float
+    final_slip: float  # [m/s] when the contact ended last
+    # If stiffnesses are in N/m^exponent: how far the bodies slipped until the contact ended first,
+    # and before its largest compression [m]; when it became active last, since the beginning, and
+    # how long it was active in all [s].
+    slid: float
+    slid_to_peak: float
+    began: float
+    touched: float
     # Least margin of a decision between restitution and recompression, relative to the peak of
     # compression; infinite without a decision. Near 0, the result is close to a discontinuity.
     discontinuity_margin: float
@@ -130,7 +136,8 @@ def clear_result(result: ContactResult, length: float) -> None:
     """Set a result to that of a contact at which nothing happens."""
     result.impulse, result.impulse_1, result.impulse_2 = 0.0, 0.0, 0.0
     result.restitution_loss, result.friction_loss = 0.0, 0.0
-    result.first_slip, result.final_slip = 0.0, 0.0
+    result.final_slip, result.slid, result.slid_to_peak = 0.0, 0.0, 0.0
+    result.began, result.touched = 0.0, 0.0
     result.discontinuity_margin, result.length = inf, length
     result.closings = 0
 
@@ -147,7 +154,9 @@ def write_result(m: Model, c: ContactState, result: ContactResult, units: Units)
         result.impulse_2 = unit * impulse_along(c, 2)
     result.restitution_loss = unit * speed * c.restitution_loss
     result.friction_loss = unit * speed * c.friction_loss
-    result.first_slip, result.final_slip = speed * c.first_slip, speed * c.final_slip
+    result.final_slip, result.slid = speed * c.final_slip, speed * units.time * c.slid
+    result.slid_to_peak = speed * units.time * c.slid_to_peak
+    result.began, result.touched = units.time * c.began, units.time * c.touched
     result.discontinuity_margin, result.closings = c.discontinuity_margin, c.closings
 
 

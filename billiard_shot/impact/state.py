@@ -99,8 +99,11 @@ class ContactState:
     impulse_2: float
     restitution_loss: float  # energy
     friction_loss: float
-    first_slip: float  # when the contact ended for the first time, and the last time
-    final_slip: float
+    final_slip: float  # when the contact ended last
+    slid: float  # way that the bodies slipped until the contact ended first,
+    slid_to_peak: float  # and the part of it before the largest compression
+    began: float  # time at which the contact became active last
+    touched: float  # time that it was active in all
     discontinuity_margin: float  # least margin of a restitution decision, relative to the peak
     closings: int  # how often it became active
     # If the bodies are those of moving_bodies.py: their numbers, the axes, the distance at which

@@ -113,8 +113,6 @@ def deactivate(m: Model, c: ContactState) -> None:
     c.restitution_loss += loss_since_peak(m, c) if c.normal_mode == RESTITUTION else 0.0
     c.restitution_loss += elastic_energy(c.stiffness, c.compression[0], m.exponent)
     c.final_slip = 0.0 if sticks(c) else slip_speed(c)
-    if c.closings == 1:
-        c.first_slip = c.final_slip
     c.normal_mode = INACTIVE
     c.friction_mode = FRICTIONLESS
     c.compression[0] = 0.0
@@ -130,6 +128,8 @@ def reverse_normal_motion(m: Model, c: ContactState, known: bool) -> None:
         c.velocity[0] = 0.0
     y = c.compression[0]
     if c.normal_mode == COMPRESSION:
+        if c.closings == 1 and y >= c.peak_compression:
+            c.slid_to_peak = c.slid
         start_restitution(c, m.law, m.exponent, y)
         if m.law == POISSON:
             c.restitution_end = c.impulse + c.restitution * (c.impulse - c.activation_impulse)

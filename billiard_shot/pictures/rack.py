@@ -4,6 +4,7 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
+from billiard_shot.embed.core_files import core_script
 from billiard_shot.game.rack import replayed
 from billiard_shot.game.rack_record import PlayedShot, RackRecord
 from billiard_shot.pictures.canvas import has_matplotlib, new_figure, save
@@ -19,6 +20,7 @@ RACK_PANELS_PER_ROW = 4  # panels side by side
 
 PANEL_SIZE = 3.4, 2.05  # inches
 LIST = 'index.html'  # name of the page with all shots
+CORE = 'core.js'  # name of the file that all pages include
 STYLE = (
     'body{font:16px sans-serif;max-width:64em;margin:2em auto;padding:0 1em}'
     'ol{display:grid;grid-template-columns:repeat(auto-fill,minmax(17em,1fr));gap:1.5em 2em;'
@@ -31,7 +33,8 @@ def write_rack(record: RackRecord, scene: Scene, folder: Path) -> Path:
     """
     Write the pages of a rack that was played with `simulated`: each shot, and a list of all.
 
-    The pages have links to each other. If matplotlib is there, the list has pictures.
+    The pages have links to each other, and share one file with the core. If matplotlib is there,
+    the list has pictures.
 
     Parameters
     ----------
@@ -55,6 +58,7 @@ def write_rack(record: RackRecord, scene: Scene, folder: Path) -> Path:
     items, drawn = [], has_matplotlib()
     try:
         folder.mkdir(parents=True, exist_ok=True)
+        (folder / CORE).write_text(core_script(), encoding='utf-8')
         shots = list(replayed(record, scene))
         for number, (played, shot) in enumerate(shots, 1):
             text = f'{number}. {_in_words(record, played)}'
@@ -64,7 +68,7 @@ def write_rack(record: RackRecord, scene: Scene, folder: Path) -> Path:
                 links['← Previous'] = _name(number - 1)
             if number < len(shots):
                 links['Next →'] = _name(number + 1)
-            page.write_text(page_of(shot, text, links), encoding='utf-8')
+            page.write_text(page_of(shot, text, links, CORE), encoding='utf-8')
             if drawn:
                 figure = new_figure(*PANEL_SIZE)
                 _draw_panel(figure.subplots(), shot)

@@ -65,23 +65,32 @@ DRAWN_CUE_LENGTH = 1.47  # m, if the scene does not give it
 
 
 def page_of(
-    shot: Shot, title: str = 'shot', links: Mapping[str, str] = NO_LINKS, core: str = ''
+    shot: Shot,
+    title: str = 'shot',
+    links: Mapping[str, str] = NO_LINKS,
+    core: str = '',
+    framed: bool = False,
 ) -> str:
     """
     Make the page of a shot.
 
     A shot that was refused is shown as well: nothing moves. `links` are the addresses of other
     pages, by the texts that lead to them. `core` is the address of a file with `core_script`,
-    which pages of one folder share; by default the page has the core in it.
+    which pages of one folder share; by default the page has the core in it. A `framed` page
+    exchanges messages with the page around its frame (frame.js).
     """
-    return _page(view_data(shot, title), links, core)
+    return _page({**view_data(shot, title), 'framed': framed}, links, core)
 
 
 def page_of_scene(
-    scene: SceneLike, title: str = 'table', links: Mapping[str, str] = NO_LINKS, core: str = ''
+    scene: SceneLike,
+    title: str = 'table',
+    links: Mapping[str, str] = NO_LINKS,
+    core: str = '',
+    framed: bool = False,
 ) -> str:
     """Make a page of a scene without a stroke: the page aims. For the rest see `page_of`."""
-    return _page(_scene_data(Scene.load(scene), title), links, core)
+    return _page({**_scene_data(Scene.load(scene), title), 'framed': framed}, links, core)
 
 
 def write_page(shot: Shot, path: Path, title: str = 'shot') -> None:

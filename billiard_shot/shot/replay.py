@@ -23,7 +23,7 @@ from billiard_shot.shot.shot import Shot
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.status import Status
 from billiard_shot.table.cue import CueRecord
-from billiard_shot.table.motion import SegmentRecord
+from billiard_shot.table.motion import Cause, SegmentRecord
 from billiard_shot.table.run import EventLog, TableRun
 from billiard_shot.table.simulation_state import EventRecord
 
@@ -147,7 +147,10 @@ def _record(shot: Shot) -> dict[str, Any]:
 
 
 def _shot(data: dict[str, Any]) -> Shot:
-    strike = _rows(CueRecord, {name: [value] for name, value in data['strike'].items()}, 'strike')
+    known = data['strike']
+    if 'chatter' not in known:
+        known = {**known, **_added(data)}
+    strike = _rows(CueRecord, {name: [value] for name, value in known.items()}, 'strike')
     strike.flags.writeable = False
     losses = np.array(data['losses'], dtype=float).reshape(-1, 2)
     return Shot(
@@ -164,6 +167,15 @@ def _shot(data: dict[str, Any]) -> Shot:
         _log=_rows(PhaseLog, data['phases'], 'phases').reshape(-1, len(losses)),
         _losses=losses,
     )
+
+
+def _added(data: dict[str, Any]) -> dict[str, Any]:
+    """Find values of the fields of a strike that older files lack."""
+    segments, hit = data['run']['segments'], 0.0
+    if data['strike']['hits'] <= 1:
+        own = zip(segments['ball'], segments['cause'], segments['time'], strict=True)
+        hit = min((t for ball, cause, t in own if (ball, cause) == (0, Cause.CUE)), default=np.inf)
+    return {'chatter': False, 'double_hit': hit, 'tip_time': 0.0, 'cloth_time': 0.0}
 
 
 def _stroke(data: dict[str, Any]) -> Stroke:

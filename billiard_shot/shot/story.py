@@ -59,6 +59,11 @@ def facts(shot: Shot) -> dict[str, str]:
         'spin': f'{_spin_in_words(shot)} rad/s',
         'spin x, y, z': f'{_vector(shot.spin, 1)} rad/s',
     }
+    if shot.tip_time > 0.0:
+        chatter = ' (it chatters)' if shot.chatter else ''
+        listed['touch'] = (
+            f'tip {_milliseconds(shot.tip_time)}{chatter}, cloth {_milliseconds(shot.cloth_time)}'
+        )
     if speed > FASTEST_CUE:
         listed['warning'] = f'no cue reaches {speed:.3g} m/s; breaks have up to 15 m/s'
     if len(shot.run.names) > 1:
@@ -98,7 +103,7 @@ def wrapped_fact(name: str, text: str) -> str:
 
 def _happenings(shot: Shot) -> Iterator[str]:
     if shot.miscue:
-        yield 'a miscue: the tip still slid when it left the ball'
+        yield 'a miscue: the tip slid on the ball'
     yield _pocketed(shot)
     for ball in shot.off_table:
         yield f'{ball_in_words(ball)} off the table'
@@ -167,6 +172,10 @@ def _spin_in_words(shot: Shot) -> str:
 
 def _vector(values: np.ndarray[tuple[int, ...], np.dtype[np.float64]], digits: int) -> str:
     return f'({", ".join(rounded(value, digits) for value in values.tolist())})'
+
+
+def _milliseconds(seconds: float) -> str:
+    return f'{1e3 * seconds:.3g} ms'
 
 
 def _degrees(radians: float, digits: int) -> str:

@@ -369,6 +369,6 @@ def release_cue(
         s.cue.position[k] = place[k] + tip.position[k] - room.results.bodies[0].position[k]
         s.cue.velocity[k] = dot(cue.axis, tip.velocity) * cue.axis[k]
     s.cue.time = impact.time + lasting
-    p.cue_hits += max(room.results.contacts[TIP_CONTACT].closings, 1)
-    if p.cue_hits >= MAX_HITS:
+    p.cue_touches += max(room.results.contacts[TIP_CONTACT].closings, 1)
+    if p.cue_touches >= MAX_HITS:
         s.cue.end = impact.time

@@ -8,6 +8,9 @@ from billiard_shot.records import record, Vector3
 
 THE_CUE = -3  # in place of the index of a ball; see also NOTHING and IMPACT
 LONGEST_FOLLOW_THROUGH = 1.0  # s: nobody follows through for longer, however slowly
+# A tip chatters if it touches the ball again so soon after it touched it first [s], while the ball
+# is lower above the cloth than this [m]. Nobody can tell it from a strike with one hit.
+CHATTER_TIME, CHATTER_HEIGHT = 5e-3, 1e-3
 
 
 class CueParams(NamedTuple):
@@ -67,16 +70,36 @@ class CueRecord:
     # whether they did.
     others: bool
     status: int  # Status: that of the impact, or why the stroke was refused
-    miscue: bool  # the tip still slid when it left the ball
+    miscue: bool  # the tip slid on the ball, see strike.py
     velocity: Vector3  # m/s, of ball 0 at the end of the strike
     spin: Vector3  # rad/s
     hits: int  # how often the tip met the ball; 0: the table cannot begin
+    chatter: bool  # the tip met the ball again, but too soon for a second hit, see `chatters`
+    double_hit: float  # s, when the cue first hit the ball again; 0: in the strike; inf: never
+    tip_time: float  # s, for how long the tip touched the ball in the strike
+    cloth_time: float  # s, for how long the ball pressed the cloth in the strike
     contacts: int  # of the impact, closed or not: those of tip and cloth come first
     impulses: Annotated[Any, 6]  # N s, on the cue and from the cloth on the ball: x, y, z each
     losses: Annotated[Any, 4]  # J: tip restitution, tip friction; the same of the cloth
     discontinuity_margin: float  # see `ContactResult`; the least of tip and cloth
     phases: int
     steps: int
+
+
+@inner
+def chatters(time: float, height: float) -> bool:
+    """
+    Whether a tip that meets the ball again, which touched only the cloth meanwhile, chatters.
+
+    Parameters
+    ----------
+    time : float
+        Since the tip met the ball first [s].
+    height : float
+        Of the ball above the cloth [m].
+
+    """
+    return time < CHATTER_TIME and height < CHATTER_HEIGHT
 
 
 @inner

@@ -188,4 +188,4 @@ def strike_as_mapped(
         ball.velocity[k], ball.spin[k] = cue.velocity[k], cue.spin[k]
     if not q.on_cloth:  # a ball that would go down is put onto the cloth
         ball.velocity[2] = max(ball.velocity[2], 0.0)
-    cue.hits, cue.end = 1, follow_through_time(q.follow_through, cue.speed)
+    cue.hits, cue.double_hit, cue.end = 1, inf, follow_through_time(q.follow_through, cue.speed)

@@ -13,7 +13,7 @@ from billiard_shot.compiled import inner
 from billiard_shot.records import Floats
 from billiard_shot.status import BUDGET_EXCEEDED, NEVER_RESTS, OFF_TABLE, OK
 from billiard_shot.table.cluster import conclude, solve
-from billiard_shot.table.cue import CueRecord, THE_CUE
+from billiard_shot.table.cue import chatters, CueRecord, THE_CUE
 from billiard_shot.table.event_handlers import (
     handle_boundary,
     handle_collision,
@@ -132,6 +132,18 @@ def stop_all(s: Simulation, time: float) -> int:
 
 
 @inner
+def note_hit(params: BallClothParams, s: Simulation, cue: CueRecord, time: float) -> None:
+    """Note that the cue meets the ball again, after the strike."""
+    ball, (_, _, z) = s.balls[0], position_at(s.balls[0], time)
+    alone = ball.first_contact == NOTHING and ball.cushions == 0
+    if alone and chatters(cue.tip_time + time, z - params.radius):
+        cue.chatter = True
+    else:
+        s.progress.cue_hits += 1
+        cue.double_hit = min(cue.double_hit, time)
+
+
+@inner
 def run_events(
     table: TableModel,
     s: Simulation,
@@ -160,10 +172,11 @@ def run_events(
         now, reach = time, NO_CLUSTER
         if j == NOTHING:
             handle_segment_end(table, s, s.balls[i])
-        elif j == THE_CUE and len(s.rules) > 0:
-            p.cue_hits += 1  # a foul decides the run: nobody needs to know where the ball goes
         elif j == THE_CUE:
-            reach = table.cue.neighbour_reach
+            note_hit(table.params, s, cues[number], now)
+            if p.cue_hits == 0 or len(s.rules) == 0:
+                reach = table.cue.neighbour_reach
+            # else a foul decides the run: nobody needs to know where the ball goes
         elif j == i:
             handle_boundary(table, s, s.balls[i])
         else:

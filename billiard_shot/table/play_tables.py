@@ -76,7 +76,7 @@ class TableOutcome:
     segments: int  # of this table and all before it
     events: int
     searches: int  # contacts looked for
-    cue_hits: int  # how often the cue met ball 0 again, after the strike
+    cue_hits: int  # how often the cue hit ball 0 again after the strike, without chatter
     jaws_met: int  # rounded jaws that ball 0 met before another ball
 
 
@@ -97,7 +97,7 @@ def begin_table(table: TableModel, s: Simulation, starts: list[BallStart], first
     p, cue, n, radius = s.progress, s.cue, table.numbers, table.params.radius
     out_x, out_y = n.nose_half_length + n.cushion_depth, n.nose_half_width + n.cushion_depth
     p.events, p.participants, p.searches = 0, 0, 0  # but segments go on from table to table
-    p.cue_hits, p.unsolved, p.flaw = 0, OK, OK
+    p.cue_hits, p.cue_touches, p.unsolved, p.flaw = 0, 0, OK, OK
     cue.meeting_time, cue.time, cue.end = math.inf, 0.0, 0.0
     for i in range(len(s.balls)):
         ball, start = s.balls[i], starts[first + i]

@@ -27,7 +27,7 @@ from billiard_shot.table.cluster import (
     solve_bodies,
     takes_part,
 )
-from billiard_shot.table.cue import CueParams, CueRecord, follow_through_time, THE_CUE
+from billiard_shot.table.cue import chatters, CueParams, CueRecord, follow_through_time, THE_CUE
 from billiard_shot.table.cue_impact import (
     CLOTH_CONTACT,
     set_tip_and_cloth,
@@ -48,10 +48,10 @@ from billiard_shot.table.motion import BALL, REST
 from billiard_shot.table.params import BallClothParams
 from billiard_shot.table.simulation_state import energy_of, log_event, Simulation
 
-# Slip at the end, relative to the cue's speed, that makes a miscue. Grip fades with the tip's
-# pressure: while the cloth still pushes the ball, every tip slips in the last instant, in scene
-# `pool` by up to 0.02 of the cue's speed. Genuine miscues end with more than 0.06.
-MISCUE_SLIP = 0.03
+# Slip that makes a miscue until the tip presses the ball most, and in all, relative to the way of
+# a cue in a central hit. At 2 m/s and 1.3 ms these are 0.2 and 1 mm. Grip fades with the pressure:
+# the tip slips as it leaves a ball that the cloth still pushes, and nobody calls that a miscue.
+MISCUE_TO_PEAK, MISCUE_IN_ALL = 0.077, 0.38
 # Tip, cloth and ball 0 alone, whose contacts keep their normals.
 STEADY = ClusterImpact(0.0, 0, THE_CUE, True, 0.0, members=1, bodies=3, contacts=2)
 
@@ -213,14 +213,18 @@ def note_strike(
     """
     Write the outcome of a strike into the record of its cue, whose speed is that of the stroke.
 
-    If bodies moved, the slip that makes a miscue is that of the first hit.
+    The slip that makes a miscue is that of the first hit.
     """
     outcome, contacts = room.results.outcomes[0], room.results.contacts
     tip, cloth = contacts[TIP_CONTACT], contacts[CLOTH_CONTACT]
-    slip = tip.first_slip if moving else tip.final_slip
-    cue.status, cue.miscue = outcome.status, slip > MISCUE_SLIP * cue.speed
+    cue.status = outcome.status
+    way = cue.speed * q.tip_duration
+    cue.miscue = tip.slid_to_peak > MISCUE_TO_PEAK * way or tip.slid > MISCUE_IN_ALL * way
+    cue.tip_time, cue.cloth_time = tip.touched, cloth.touched
     cue.phases, cue.steps, cue.contacts = outcome.phases, outcome.steps, impact.contacts
     cue.hits = max(tip.closings, 1) if moving else 1
+    cue.chatter = cue.hits > 1 and not cue.others and chatters(tip.began, -cloth.length)
+    cue.double_hit = 0.0 if cue.hits > 1 and not cue.chatter else inf
     cue.discontinuity_margin = min(tip.discontinuity_margin, cloth.discontinuity_margin)
     cue.impulses[0], cue.impulses[1], cue.impulses[2] = tip.impulse, tip.impulse_1, tip.impulse_2
     cue.impulses[3], cue.impulses[4] = cloth.impulse, cloth.impulse_1

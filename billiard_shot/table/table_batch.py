@@ -29,8 +29,8 @@ class TableBatch:
     status: NDArray[np.uint16]  # (tables,) Status
     events: NDArray[np.int64]  # (tables,) how many there were
     searches: NDArray[np.int64]  # (tables,) how many contacts were looked for
-    cue_hits: NDArray[np.int64]  # (tables,) how often the cue met ball 0 after a strike
-    miscue: NDArray[np.bool_]  # (tables,) the tip still slid when it left ball 0 after a strike
+    cue_hits: NDArray[np.int64]  # (tables,) how often the cue hit ball 0 again after a strike
+    miscue: NDArray[np.bool_]  # (tables,) the tip slid on ball 0 in a strike
     jaws_met: NDArray[np.int64]  # (tables,) rounded jaws that ball 0 met before another ball
     rest_time: NDArray[np.float64]  # (tables, balls) s since when it rests, or is off the table
     cushions: NDArray[np.int64]  # (tables, balls) straight cushions that each ball met

@@ -1,9 +1,8 @@
 """The page of a shot: what is in it, and what a browser makes of it."""
 
-import json
 import math
 
-from browser import Browser, find_browser
+from browser import choose, click, find_browser, open_tab, opened
 import numpy as np
 import pytest
 
@@ -73,23 +72,6 @@ def test_command(tmp_path, capsys):
 
 
 # ---- what a browser makes of it ----
-
-
-@pytest.fixture(scope='module')
-def browser(tmp_path_factory):
-    opened = Browser(tmp_path_factory.mktemp('browser'))
-    yield opened
-    opened.close()
-
-
-def opened(browser, path, text):
-    """Open a page and wait until it can be played on."""
-    path.write_text(text, encoding='utf-8')
-    browser.messages.clear()
-    browser.open(path)
-    browser.wait_for('document.body.dataset.ready === "true"')
-    browser.settle()
-    return browser
 
 
 @pytest.fixture
@@ -226,11 +208,6 @@ def test_keys_and_mouse(page):
     page.wait_for(f'view.camera.distance < {0.9 * after["distance"]}')
 
 
-def open_tab(browser, name):
-    browser.run(f"document.getElementById('tab-{name}').click()")
-    browser.settle()
-
-
 LISTED = "[...document.querySelectorAll('#events button')].map((b) => b.textContent)"
 
 
@@ -245,29 +222,6 @@ def test_events_are_listed_and_lead_to_their_times(page):
     page.settle()
     now = page.run("document.querySelector('#events .now').textContent")
     assert now == f'{events[5][0]:.3f}{events[5][1]}'
-
-
-def choose(browser, field, value):
-    browser.run(
-        f"(() => {{ const s = document.getElementById('{field}'); s.value = {value!r};"
-        "s.dispatchEvent(new Event('change')); })()"
-    )
-    browser.settle()
-
-
-def click(browser, x, y):
-    for kind in ('mousePressed', 'mouseReleased'):
-        browser.mouse(kind, x, y, button='left', buttons=1, clickCount=1)
-    browser.settle()
-
-
-def drag(browser, begin, end):
-    browser.mouse('mousePressed', *begin, button='left', buttons=1, clickCount=1)
-    for part in (0.3, 0.7, 1.0):
-        x, y = np.array(begin) + part * (np.array(end) - begin)
-        browser.mouse('mouseMoved', x, y, button='left', buttons=1)
-    browser.mouse('mouseReleased', *end, button='left', clickCount=1)
-    browser.settle()
 
 
 @needs_browser
@@ -456,115 +410,3 @@ def test_without_webgl_it_says_so_and_still_tells_the_rest(browser, tmp_path):
     open_tab(browser, 'events')
     browser.wait_for("document.querySelectorAll('#events button').length > 5")
     assert browser.messages == []
-
-
-# ---- the page is live ----
-
-EIGHT = Scene.load('eight_ball')
-
-
-@needs_browser
-def test_shots_in_the_page_are_those_of_python(browser, tmp_path):
-    """To the last bit: 100 strokes on a table with 16 balls, and words and events with them."""
-    opened(browser, tmp_path / 'page.html', page_of_scene(EIGHT))
-    draw = np.random.default_rng(5)
-    low, high = (-0.5, -0.5, 0.15, -math.pi, 0.5), (0.5, 0.5, 0.6, math.pi, 9.0)
-    names = ('a', 'b', 'elevation', 'azimuth', 'speed')
-    for offsets in draw.uniform(low, high, (100, 5)).tolist():
-        stroke = dict(zip(names, offsets, strict=True))
-        found = browser.run(
-            f'(view.change({{ stroke: {json.dumps(stroke)} }}), {{ ...view.outcome, '
-            'events: view.shown.events.slice(1).map(({ time, text }) => [time, text]) })'
-        )
-        shot = predict(EIGHT, Stroke.from_offsets(*offsets))
-        assert found['status'] == shot.status.name
-        if shot.status.refused:
-            continue
-        assert found['message'] == shot.message
-        assert {name: end['position'] for name, end in found['balls'].items()} == {
-            name: place.tolist() for name, place in shot.run.final_position.items()
-        }
-        assert found['events'] == [[event.time, str(event)] for event in shot.events]
-
-
-@needs_browser
-def test_a_ball_is_dragged_and_the_path_follows(page):
-    begin = page.run("view.state.balls['8']")
-    before = page.run("view.outcome.balls['8'].position")
-    radius = COMBINATION.scene.ball.radius
-    place = [begin[0] - 0.3, begin[1] + 0.2]
-    start, end = page.run(
-        f'[{[*begin, radius]}, {[*place, radius]}].map((p) => view.project(p).slice(0, 2))'
-    )
-    drag(page, start, end)
-    assert page.run("view.state.balls['8']") == pytest.approx(place, abs=2e-3)
-    assert page.run("view.outcome.balls['8'].position") != before
-    page.press('z', modifiers=2)
-    assert page.run("view.state.balls['8']") == begin
-    assert page.run("view.outcome.balls['8'].position") == before
-    page.press('Z', modifiers=10)
-    assert page.run("view.state.balls['8']") == pytest.approx(place, abs=2e-3)
-
-
-@needs_browser
-def test_balls_do_not_overlap_and_stay_on_the_table(page):
-    radius = COMBINATION.scene.ball.radius
-    first = page.run("view.state.balls['1']")
-    start = page.run(f"view.project([...view.state.balls['8'], {radius}]).slice(0, 2)")
-    drag(page, start, page.run(f'view.project({[*first, radius]}).slice(0, 2)'))
-    gap = np.subtract(page.run("view.state.balls['8']"), first)
-    assert np.hypot(*gap) == pytest.approx(2 * radius, abs=5e-4)
-    assert page.run('view.outcome.status') == 'OK'
-    start = page.run(f"view.project([...view.state.balls['8'], {radius}]).slice(0, 2)")
-    drag(page, start, [30, 30])
-    x, y = np.abs(page.run("view.state.balls['8']"))
-    assert x < COMBINATION.scene.table.length / 2
-    assert y < COMBINATION.scene.table.width / 2
-
-
-@needs_browser
-def test_the_ring_and_the_cue_aim(page):
-    azimuth = page.run('view.state.stroke.azimuth')
-    x, y = page.run('view.project(view.ring).slice(0, 2)')
-    drag(page, [x, y], [x + 30, y + 30])
-    turned_to = page.run('view.state.stroke.azimuth')
-    assert 0.02 < abs(turned_to - azimuth) < 1
-    page.press('.')
-    assert page.run('view.state.stroke.azimuth') == pytest.approx(turned_to - math.radians(0.1))
-
-
-@needs_browser
-def test_the_tip_is_dragged_on_the_face_of_the_ball(page):
-    box = page.run("document.getElementById('face').getBoundingClientRect().toJSON()")
-    middle = [box['left'] + box['width'] / 2, box['top'] + box['height'] / 2]
-    radius = box['width'] / 2.24
-    drag(page, middle, [middle[0] - 0.4 * radius, middle[1] - 0.2 * radius])
-    stroke = page.run('view.state.stroke')
-    assert [stroke['a'], stroke['b']] == pytest.approx([-0.4, 0.2], abs=0.03)
-
-
-@needs_browser
-def test_numbers_are_typed_in_either_unit(page):
-    def type_speed(value):
-        page.run(
-            "(() => { const box = document.querySelectorAll('#stroke [type=number]')[0];"
-            f"box.value = {value}; box.dispatchEvent(new Event('input')); }})()"
-        )
-        return page.run('view.state.stroke.speed')
-
-    assert type_speed(4.5) == 4.5
-    choose(page, 'units', 'us')
-    assert type_speed(10) == pytest.approx(4.4704)
-
-
-@needs_browser
-def test_the_cue_is_raised_where_something_is_in_its_way(browser, tmp_path):
-    balls = {'cue': [1.2, 0.0], '8': [0.6, 0.2]}
-    scene = Scene.from_dict({'like': 'blocked', 'balls': balls})
-    opened(browser, tmp_path / 'page.html', page_of_scene(scene))
-    browser.run('view.aim({ azimuth: 3.1, elevation: 0.02 })')
-    high = browser.run('view.state.stroke.elevation')
-    assert high > 0.05
-    assert browser.run('view.outcome.status') == 'OK'
-    browser.run('view.aim({ azimuth: 0.0 })')
-    assert browser.run('view.state.stroke.elevation') < high

@@ -179,12 +179,12 @@ class Shot {
     this.error = end.error; // m, estimate for the trajectory of the cue ball
     this.duration = end.duration; // s, until all balls rest
     this.cue = cue; // after the strike: its speed, how often it hit the ball, a miscue
-    this.balls = {}; // how each ball ends
-    outcomes.forEach((ball, i) => {
+    const ends = outcomes.map((ball, i) => {
       const motion = meanings.Motion[ball.motion];
-      const named = { ...ball, motion, pocket: scene.pockets[ball.pocket] };
-      if (motion !== 'ABSENT') this.balls[scene.names[i]] = named;
+      return [scene.names[i], { ...ball, motion, pocket: scene.pockets[ball.pocket] }];
     });
+    // how each ball ends
+    this.balls = Object.fromEntries(ends.filter(([, { motion }]) => motion !== 'ABSENT'));
   }
 
   /** Segments of each ball in the order of time. */
@@ -303,9 +303,10 @@ class Table {
     this.check(balls);
     const { NO_BALL, PRESENT, LEGAL } = this.constants.BallKind;
     const find = this.calls.find_direct_shots;
-    find.rows('places').fill(names.flatMap((name) => balls[name] ?? [0, 0]));
+    const there = (name) => Object.hasOwn(balls, name); // also if its name is `constructor`
+    find.rows('places').fill(names.flatMap((name) => (there(name) ? balls[name] : [0, 0])));
     const kind = (name) => (legal.includes(name) ? LEGAL : PRESENT);
-    find.rows('kinds').fill(names.map((name) => (balls[name] ? kind(name) : NO_BALL)));
+    find.rows('kinds').fill(names.map((name) => (there(name) ? kind(name) : NO_BALL)));
     const found = find.rows('shots').copy(find.run()).all();
     return found.map(({ table, elevation, azimuth, speed, ...shot }) => ({
       ...shot,
@@ -435,8 +436,9 @@ class Table {
   }
 
   lay(balls) {
-    const place = (name) => (balls[name] ? [...balls[name], this.scene.radius] : [0, 0, 0]);
-    const start = (name) => ({ position: place(name), absent: !balls[name] });
+    const there = (name) => Object.hasOwn(balls, name);
+    const place = (name) => (there(name) ? [...balls[name], this.scene.radius] : [0, 0, 0]);
+    const start = (name) => ({ position: place(name), absent: !there(name) });
     this.calls.play_tables.rows('tables.starts').fill(this.scene.names.map(start));
   }
 

@@ -4,8 +4,9 @@ const APART = 1e-5; // m between the surfaces of balls that are dragged against 
 
 /** The nearest place to a wish (x, y) where a ball can lie, or null. */
 function freePlace(name, wish) {
-  const [{ centre_half_length: x, centre_half_width: y }] = data.scene.entries.play_tables.layout.numbers.values;
-  const onTable = ([u, v]) => [clamp(u, -Number(x), Number(x)), clamp(v, -Number(y), Number(y))];
+  const [numbers] = data.scene.entries.play_tables.layout.numbers.values;
+  const [x, y] = [Number(numbers.centre_half_length), Number(numbers.centre_half_width)];
+  const onTable = ([u, v]) => [clamp(u, -x, x), clamp(v, -y, y)];
   const others = Object.entries(state.balls).filter(([other]) => other !== name).map(([, place]) => place);
   const least = 2 * data.scene.radius + APART;
   const overlapped = ([u, v]) => others.find(([s, t]) => Math.hypot(u - s, v - t) < least - APART / 2);
@@ -48,19 +49,19 @@ function removeBall(name) {
 
 /** The balls where the shot leaves them; a cue ball that is gone lies on the head string. */
 function goOn() {
-  const left = Object.entries(shown.shot.balls).filter(([, { motion }]) => motion === 'REST' || motion === 'SPIN');
+  const left = Object.entries(shown.shot.balls).filter(([, { motion }]) => motion === 'REST');
   const balls = Object.fromEntries(left.map(([name, { position: [x, y] }]) => [name, [x, y]]));
   if (!Object.hasOwn(balls, 'cue')) balls.cue = inHand(balls);
-  change({ balls, drill: null, target: null });
-  const stroke = firstStroke();
-  show({ ...state, stroke, level: stroke.elevation });
+  const stroke = firstStroke(balls);
+  change({ balls, stroke, level: stroke.elevation, drill: null, target: null });
 }
 
 function inHand(others) {
   const x = data.table ? -data.table.size[0] / 4 : 0;
   for (let i = 0; ; i++) {
     const y = (i % 2 ? 1 : -1) * Math.ceil(i / 2) * 0.25 * data.scene.radius;
-    if (Object.values(others).every(([u, v]) => Math.hypot(u - x, v - y) >= 2 * data.scene.radius)) return [x, y];
+    const free = ([u, v]) => Math.hypot(u - x, v - y) >= 2 * data.scene.radius;
+    if (Object.values(others).every(free)) return [x, y];
   }
 }
 
@@ -73,7 +74,7 @@ function listBalls() {
     const boxes = place.map((_, axis) => field(`${ballInWords(name)}, ${'xy'[axis]}`, 'length', [-1, 1],
       () => state.balls[name]?.[axis] ?? 0,
       (value) => moveBall(name, state.balls[name].map((old, k) => (k === axis ? value : old)))));
-    const remove = name === 'cue' ? [] : [button('×', () => removeBall(name), { title: `Take ${name} off the table` })];
-    return make('li', [label, ...boxes, ...remove]);
+    const remove = button('×', () => removeBall(name), { title: `Take ${name} off the table` });
+    return make('li', [label, ...boxes, ...(name === 'cue' ? [] : [remove])]);
   }));
 }

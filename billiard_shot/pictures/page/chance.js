@@ -56,13 +56,16 @@ function clearClouds() {
   for (const name of Object.keys(CLOUDS)) renderer?.setDots(name, []);
 }
 
-const clouds = () => Object.entries(CLOUDS).map(([name, colour]) => ({ name, colour, width: 2, opacity: 0.5 }));
+const clouds = () => Object.entries(CLOUDS)
+  .map(([name, colour]) => ({ name, colour, width: 2, opacity: 0.5 }));
+
+const inWords = ({ ball, pocket }) => `${ballInWords(ball)} into ${placeInWords(pocket ?? 'any pocket')}`;
 
 const percent = (part) => `${fixed(100 * part, part > 0 && part < 0.095 ? 1 : 0)} %`;
 
 function showChance() {
   const target = targetNow();
-  element('aim-at').textContent = target ? `${ballInWords(target.ball)} into ${placeInWords(target.pocket ?? 'any pocket')}` : '';
+  element('aim-at').textContent = target ? inWords(target) : '';
   const known = estimate?.interval;
   element('chance').textContent = known ? percent(estimate.chance) : '';
   element('interval').textContent = known

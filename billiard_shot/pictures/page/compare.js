@@ -21,9 +21,11 @@ function showKept() {
     const name = make('b', KEPT_NAMES[i]);
     name.style.color = KEPT_COLOURS[i];
     const take = button('Take', () => change(state.kept[i]), { title: 'Go back to this shot' });
-    const leave = button('×', () => change({ kept: state.kept.filter((_, k) => k !== i) }), { title: 'Forget it' });
+    const others = state.kept.filter((_, k) => k !== i);
+    const leave = button('×', () => change({ kept: others }), { title: 'Forget it' });
     return make('li', [name, make('span', sentenceOf(kept), { id: `kept-${i}` }), take, leave]);
   }));
 }
 
-const keptLines = () => keptShots.map((_, i) => ({ name: `kept ${i}`, colour: KEPT_COLOURS[i], width: 1.4, opacity: 0.85 }));
+const keptLines = () => keptShots.map((_, i) => (
+  { name: `kept ${i}`, colour: KEPT_COLOURS[i], width: 1.4, opacity: 0.85 }));

@@ -2,25 +2,21 @@
 
 function beginDrill() {
   const target = targetNow();
-  if (target) change({ drill: { balls: state.balls, target, tries: 0, successes: 0 }, target });
+  if (target) change({ drill: { tries: 0, successes: 0 }, target });
 }
 
 /** Play the stroke with errors; count whether the ball falls, and the cue ball does not. */
 function tryDrill() {
-  const { drill } = state;
+  const { drill, target: { ball, pocket } } = state;
   const table = tableFor(state);
   // another seed for each try, so that a link brings the same tries back
   const [stroke] = table.drawn(offsetsOf(state.stroke), state.noise, 1, SEED + 1 + drill.tries);
   stroke.elevation = clamp(stroke.elevation, 0, Math.PI / 2);
   stroke.azimuth = turned(stroke.azimuth);
-  const { balls, refused } = table.shoot(drill.balls, stroke);
-  const { ball, pocket } = drill.target;
+  const { balls, refused } = table.shoot(state.balls, stroke);
   const potted = !refused && balls[ball].motion === 'POCKETED' && (!pocket || balls[ball].pocket === pocket)
     && !['POCKETED', 'OFF_TABLE'].includes(balls.cue.motion);
-  change({
-    balls: drill.balls, played: stroke,
-    drill: { ...drill, tries: drill.tries + 1, successes: drill.successes + potted },
-  });
+  change({ played: stroke, drill: { tries: drill.tries + 1, successes: drill.successes + potted } });
   play(true);
 }
 
@@ -29,7 +25,8 @@ function showDrill() {
   element('no-drill').hidden = Boolean(drill);
   element('drilling').hidden = !drill;
   if (!drill) return;
-  const { target: { ball, pocket }, tries, successes } = drill;
-  element('drill-target').textContent = `${ballInWords(ball)} into ${placeInWords(pocket ?? 'any pocket')}`;
-  element('score').textContent = tries ? `${successes} of ${tries}: ${percent(successes / tries)}` : 'no try yet';
+  const { tries, successes } = drill;
+  element('drill-target').textContent = inWords(targetNow());
+  element('score').textContent = tries
+    ? `${successes} of ${tries}: ${percent(successes / tries)}` : 'no try yet';
 }

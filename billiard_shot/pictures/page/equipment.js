@@ -4,11 +4,12 @@ function fillEquipment() {
   const names = Object.keys(data.equipment.effects);
   element('effects').replaceChildren(...names.map((name) => {
     const box = make('input', [], { type: 'checkbox', id: `effect-${name}` });
-    box.addEventListener('change', () => toggleEffect(name));
+    box.addEventListener('change', () => change({ effects: toggled(state.effects, name) }));
     const difference = make('output', '', { id: `difference-${name}` });
     return make('li', [make('label', [box, ` ${placeInWords(name)}`]), difference]);
   }));
-  const sections = Object.groupBy(data.equipment.parameters, ({ name }) => name.slice(0, name.lastIndexOf('.')));
+  const sectionOf = ({ name }) => name.slice(0, name.lastIndexOf('.'));
+  const sections = Object.groupBy(data.equipment.parameters, sectionOf);
   element('parameters').replaceChildren(...Object.entries(sections).flatMap(([section, numbers]) => [
     make('h3', section.replace('.', ', ').replaceAll('_', ' ')),
     ...numbers.map((number) => field(
@@ -19,9 +20,10 @@ function fillEquipment() {
   ]));
 }
 
-function toggleEffect(name) {
-  const others = state.effects.filter((each) => each !== name);
-  change({ effects: others.length < state.effects.length ? others : [...others, name] });
+/** The effects that differ from the scene if one more is turned off, or on. */
+function toggled(effects, name) {
+  const others = effects.filter((each) => each !== name);
+  return others.length < effects.length ? others : [...others, name];
 }
 
 function setParameter({ name, value: usual, range: [low, high] }, value) {
@@ -43,8 +45,7 @@ const compareEffects = afterQuiet(QUIET, async () => {
   const [number, before, given] = [comparison, shown, state];
   if (tab !== 'table' || before.refused) return;
   for (const name of Object.keys(data.equipment.effects)) {
-    const effects = given.effects.includes(name) ? given.effects.filter((each) => each !== name) : [...given.effects, name];
-    const { shot } = played({ ...given, effects });
+    const { shot } = played({ ...given, effects: toggled(given.effects, name) });
     element(`difference-${name}`).textContent = differenceOf(before.shot, shot);
     await new Promise((resolve) => { setTimeout(resolve); });
     if (number !== comparison) return;
@@ -54,12 +55,13 @@ const compareEffects = afterQuiet(QUIET, async () => {
 /** By how much the ends of two shots differ, in words: where they differ most. */
 function differenceOf(one, other) {
   if (one.refused !== other.refused) return 'refused';
-  const gone = ({ motion, pocket }) => (motion === 'POCKETED' ? pocket : motion === 'OFF_TABLE' ? motion : '');
-  const differences = Object.keys(one.balls).map((name) => {
-    const [a, b] = [one.balls[name], other.balls[name]];
-    const distance = gone(a) === gone(b) ? (gone(a) ? 0 : Math.hypot(...add(a.position, b.position, -1))) : Infinity;
-    return { name, distance };
-  });
+  const gone = ({ motion, pocket }) => pocket ?? (motion === 'OFF_TABLE' ? motion : '');
+  const distanceOf = (a, b) => {
+    if (gone(a) !== gone(b)) return Infinity;
+    return gone(a) ? 0 : Math.hypot(...add(a.position, b.position, -1));
+  };
+  const differences = Object.keys(one.balls).map((name) => (
+    { name, distance: distanceOf(one.balls[name], other.balls[name]) }));
   const most = differences.reduce((a, b) => (b.distance > a.distance ? b : a));
   if (most.distance === 0) return '–';
   const much = most.distance === Infinity ? 'ends elsewhere' : inUnits(most.distance, 'small');

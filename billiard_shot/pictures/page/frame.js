@@ -8,7 +8,7 @@ function tell(type, content) {
   if (data.framed) window.parent.postMessage({ type, [type === 'ready' ? 'state' : type]: content }, '*');
 }
 
-const publicState = () => Object.fromEntries(LINKED.map((name) => [name, state[name]]));
+const publicState = () => fieldsOf(state, LINKED);
 
 function listenToFrame() {
   if (!data.framed || window.parent === window) return;
@@ -27,7 +27,8 @@ function listenToFrame() {
 
 /** How a shot ended, for other programs. */
 function outcomeNow() {
-  const { shot } = shown;
-  const rests = Object.entries(shot.balls).map(([name, { motion, position, pocket }]) => [name, { motion, position, pocket }]);
-  return { status: shot.status, message: sentenceOf(shown), duration: shot.duration, balls: Object.fromEntries(rests) };
+  const { status, duration, balls: ends } = shown.shot;
+  const balls = Object.fromEntries(Object.entries(ends).map(
+    ([name, { motion, position, pocket }]) => [name, { motion, position, pocket }]));
+  return { status, message: sentenceOf(shown), duration, balls };
 }

@@ -8,6 +8,7 @@ const COLOURS = {
   cloth: colourOf('#1c7a55'), cushion: colourOf('#176548'), wood: colourOf('#7a4a28'),
   pocket: colourOf('#0c0c0d'), sight: colourOf('#efe6cf'),
 };
+const ROUND = 0.07; // m, of the corners of the frame
 const DROP = 0.11; // m that pockets and the frame reach below the cloth
 
 class Mesh {
@@ -67,8 +68,7 @@ function tableMesh(table) {
   mesh.flat([[-bx, -by], [bx, -by], [bx, by], [-bx, by]], 0, COLOURS.cloth, CLOTH);
   for (const cushion of table.cushions) cushionMesh(mesh, cushion, top);
   frameMesh(mesh, table, top);
-  const [fx, fy] = table.frame;
-  mesh.flat([[-fx, -fy], [fx, -fy], [fx, fy], [-fx, fy]], -DROP, COLOURS.pocket); // nothing shines through
+  mesh.flat(roundedRectangle(table.frame, ROUND, 10), -DROP, COLOURS.pocket); // nothing shines through
   for (const [x, y, radius] of table.holes) pocketMesh(mesh, x, y, radius, bx, by, top);
   sightsMesh(mesh, table, top);
   return mesh.numbers;
@@ -96,7 +96,7 @@ function cushionMesh(mesh, points, top) {
 
 function frameMesh(mesh, table, top) {
   const [bx, by] = table.back;
-  const outer = roundedRectangle(table.frame, 0.07, 10);
+  const outer = roundedRectangle(table.frame, ROUND, 10);
   const inner = outer.map(([x, y]) => [clamp(x, -bx, bx), clamp(y, -by, by)]);
   for (let i = 0; i + 1 < outer.length; i++) {
     mesh.quad([...inner[i], top], [...outer[i], top], [...outer[i + 1], top], [...inner[i + 1], top],
@@ -201,7 +201,8 @@ function pointsOfLines(lines, lift) {
   for (const { points, motion } of lines) {
     let along = 0;
     for (let i = 0; i < points.length; i += 3) {
-      if (i) along += Math.hypot(points[i] - points[i - 3], points[i + 1] - points[i - 2], points[i + 2] - points[i - 1]);
+      const by = (axis) => (i ? points[i + axis] - points[i + axis - 3] : 0);
+      along += Math.hypot(by(0), by(1), by(2));
       numbers[at++] = points[i];
       numbers[at++] = points[i + 1];
       numbers[at++] = points[i + 2] + lift;

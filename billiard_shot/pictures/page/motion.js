@@ -74,5 +74,6 @@ function shownCue({ cue }, time) {
   let ahead = cue.after * 0.06;
   if (time < 0) ahead = -cue.swing * (1 - clamp(1 + time / cue.time, 0, 1) ** 2);
   else if (time < 0.12) ahead = cue.after * (time - time * time / 0.24);
-  return { tip: add(cue.tip, cue.direction, ahead), direction: cue.direction, opacity: clamp(2 - 2.5 * time, 0, 1) };
+  const { tip, direction } = cue;
+  return { tip: add(tip, direction, ahead), direction, opacity: clamp(2 - 2.5 * time, 0, 1) };
 }

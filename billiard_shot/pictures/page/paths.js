@@ -15,7 +15,8 @@ function played({ balls: places, stroke, played: executed, effects, parameters }
   const balls = data.balls.map(({ name }) => {
     const segments = shot.segments[name] ?? [];
     if (!segments.length) segments.push(atRest(places[name] ?? [0, 0]));
-    return { name, segments, there: Object.hasOwn(places, name), moved: segments.length > 1 || isEndless(segments) };
+    const moved = segments.length > 1 || isEndless(segments);
+    return { name, segments, there: Object.hasOwn(places, name), moved };
   });
   const lasts = balls.filter(({ there }) => there).map(({ segments }) =>
     segments.at(-1).time + (isEndless(segments) ? ENDLESS_SHOWN : 0));
@@ -29,7 +30,9 @@ function played({ balls: places, stroke, played: executed, effects, parameters }
 
 const atRest = (place) => {
   const [position, zero] = [[...place, data.scene.radius], [0, 0, 0]];
-  return { time: 0, motion: 'REST', position, velocity: zero, acceleration: zero, spin: zero, spin_acceleration: zero };
+  return {
+    time: 0, motion: 'REST', position, velocity: zero, acceleration: zero, spin: zero, spin_acceleration: zero,
+  };
 };
 
 const isEndless = (segments) => !STILL.includes(segments.at(-1).motion);
@@ -49,7 +52,10 @@ function withColours(shown) {
     told = [...moving.filter(({ name }) => name === 'cue' || name === first), ...moving.filter(gone)];
   }
   moving.forEach((ball) => { ball.path = PALE; });
-  [...new Set(told)].slice(0, COLOURS_OF_PATHS.length).forEach((ball, i) => { ball.path = COLOURS_OF_PATHS[i]; });
+  COLOURS_OF_PATHS.forEach((colour, i) => {
+    const ball = [...new Set(told)][i];
+    if (ball) ball.path = colour;
+  });
   return shown;
 }
 

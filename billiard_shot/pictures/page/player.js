@@ -131,7 +131,8 @@ function drawNow() {
   })) : [];
   const ring = { name: 'ring', colour: '#f0e442', width: 2.4, opacity: editable() && !playing ? 1 : 0 };
   const view = cameraNow();
-  renderer.draw(view, balls, shownCue(shown, time), [...(paths ? keptLines() : []), ...lines, ring], paths ? clouds() : []);
+  const others = paths ? keptLines() : [];
+  renderer.draw(view, balls, shownCue(shown, time), [...others, ...lines, ring], paths ? clouds() : []);
   placeLabels(balls, view);
 }
 
@@ -149,7 +150,8 @@ function describe() {
     ['speed (m/s)', fixed(moves ? Math.hypot(...velocity) : 0, 3)],
   ];
   if (tab === 'events') {
-    element('readout').replaceChildren(...rows.flatMap(([what, text]) => [make('dt', what), make('dd', text)]));
+    const parts = rows.flatMap(([what, text]) => [make('dt', what), make('dd', text)]);
+    element('readout').replaceChildren(...parts);
     markEvents();
   }
   element('clock').textContent = `${fixed(time, 3)} s`;
@@ -208,10 +210,11 @@ function listen() {
     if (event.altKey || element('keys').open) return;
     const typing = event.target.matches('input:not(#slider):not([type=checkbox]), textarea, select');
     if (event.ctrlKey || event.metaKey) {
-      const act = { z: () => (event.shiftKey ? undo(future, past) : undo()), y: () => undo(future, past) }[event.key.toLowerCase()];
-      if (!act || typing) return;
+      const key = event.key.toLowerCase();
+      if (typing || !['y', 'z'].includes(key)) return;
       event.preventDefault();
-      act();
+      if (key === 'y' || event.shiftKey) redo();
+      else undo();
       return;
     }
     const toggle = toggles[event.key.toLowerCase()];
@@ -225,14 +228,14 @@ function listen() {
     setTime(Number(event.target.value));
   });
   const clicks = {
-    play: () => play(!playing), help: () => element('keys').showModal(), undo: () => undo(), redo: () => undo(future, past),
-    keep: keepShot, 'go-on': goOn, 'begin-drill': beginDrill, try: tryDrill, 'end-drill': () => change({ drill: null }),
+    play: () => play(!playing), help: () => element('keys').showModal(), undo, redo, keep: keepShot,
+    'go-on': goOn, 'begin-drill': beginDrill, try: tryDrill, 'end-drill': () => change({ drill: null }),
     panel: () => {
       document.querySelector('aside').classList.toggle('away');
       fitAgain();
     },
   };
-  for (const [name, act] of Object.entries(clicks)) element(name).addEventListener('click', act);
+  for (const [name, act] of Object.entries(clicks)) element(name).addEventListener('click', () => act());
   for (const name of ['names', 'paths']) element(name).addEventListener('change', draw);
   for (const name of ['ball', 'kind']) element(name).addEventListener('change', listEvents);
   element('follow').addEventListener('change', ({ target: { value } }) => followNamed(value));
@@ -273,7 +276,7 @@ async function start() {
   }
   if (data.start) state = { ...state, ...data.start, level: data.start.stroke.elevation };
   else {
-    const stroke = firstStroke();
+    const stroke = firstStroke(state.balls);
     state = { ...state, stroke, level: stroke.elevation };
   }
   initial = state;
@@ -286,7 +289,9 @@ async function start() {
   watch(['noise', 'target'], forgetEstimate);
   watch(['kept', 'units'], showKept);
   watch(['units', 'target'], tellStory);
-  watchers.push(showState, writeLink, () => tell('state', publicState()));
+  watchers.push(showState, writeLink, () => tell('state', publicState()), () => {
+    element('hint').hidden = true;
+  });
   replay();
   listen();
   listenToPointer();
@@ -304,7 +309,9 @@ async function start() {
 window.view = {
   get time() { return time; }, get playing() { return playing; }, get state() { return state; },
   get shown() { return shown; }, get estimate() { return estimate; }, get ring() { return ringPlace(); },
-  get eye() { return cameraNow().eye; }, get followed() { return followed === null ? null : data.balls[followed].name; },
+  get intended() { return targetNow(); },
+  get eye() { return cameraNow().eye; },
+  get followed() { return followed === null ? null : data.balls[followed].name; },
   setTime, play, look, project, camera, freeArea, change, aim, undo, openTab, tableFor, follow: followNamed,
   get outcome() { return outcomeNow(); },
   ball: (name) => {

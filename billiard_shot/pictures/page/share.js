@@ -4,11 +4,14 @@ const LINKED = ['balls', 'stroke', 'level', 'noise', 'effects', 'parameters', 't
 const LONGEST = 2000; // characters of a link's fragment
 let initial = null; // the state that a page begins with
 
+const fieldsOf = (given, names) => Object.fromEntries(names.map((name) => [name, given[name]]));
+
 /** The fragment of an address that brings the state back: what differs from the beginning. */
 function linkOf(given) {
-  const changed = LINKED.filter((name) => JSON.stringify(given[name]) !== JSON.stringify(initial[name]));
-  if (!changed.length) return '';
-  const bytes = new TextEncoder().encode(JSON.stringify(Object.fromEntries(changed.map((name) => [name, given[name]]))));
+  const isChanged = (name) => JSON.stringify(given[name]) !== JSON.stringify(initial[name]);
+  const changed = fieldsOf(given, LINKED.filter(isChanged));
+  if (!Object.keys(changed).length) return '';
+  const bytes = new TextEncoder().encode(JSON.stringify(changed));
   return btoa(String.fromCharCode(...bytes)).replaceAll('+', '-').replaceAll('/', '_').replaceAll('=', '');
 }
 
@@ -21,8 +24,8 @@ function readLink(fragment) {
 
 /** Fields of a state that came from elsewhere; throws if one makes no sense. */
 function acceptable(given) {
-  const fieldsOf = Object.fromEntries(LINKED.filter((name) => Object.hasOwn(given, name)).map((name) => [name, given[name]]));
-  const next = { ...state, ...fieldsOf };
+  const taken = fieldsOf(given, LINKED.filter((name) => Object.hasOwn(given, name)));
+  const next = { ...state, ...taken };
   const must = (good, what) => {
     if (!good) throw new RangeError(`${what} makes no sense`);
   };
@@ -35,7 +38,8 @@ function acceptable(given) {
   table.checkNoise(next.noise);
   OFFSETS.forEach((name) => must(finite(next.stroke[name]), `stroke.${name}`));
   must(finite(next.level) && next.level >= 0 && next.level <= Math.PI / 2, 'level');
-  must(Array.isArray(next.effects) && next.effects.every((name) => Object.hasOwn(data.equipment.effects, name)), 'effects');
+  const isEffect = (name) => Object.hasOwn(data.equipment.effects, name);
+  must(Array.isArray(next.effects) && next.effects.every(isEffect), 'effects');
   for (const [name, value] of Object.entries(next.parameters)) {
     const known = data.equipment.parameters.find((each) => each.name === name);
     must(known && finite(value) && value >= known.range[0] && value <= known.range[1], name);
@@ -45,15 +49,17 @@ function acceptable(given) {
     must([undefined, ...data.scene.pockets].includes(next.target.pocket), 'target');
   }
   must(Object.hasOwn(UNITS, next.units), 'units');
-  must(next.drill === null || (isObject(next.drill) && ['tries', 'successes'].every((name) => Number.isInteger(next.drill[name]))), 'drill');
-  return fieldsOf;
+  const { drill } = next;
+  const isCounted = isObject(drill) && Number.isInteger(drill.tries) && Number.isInteger(drill.successes);
+  must(drill === null || (isCounted && next.target), 'drill');
+  return taken;
 }
 
 const writeLink = afterQuiet(400, () => {
   const link = linkOf(state);
-  const kept_ = link.length <= LONGEST ? link : '';
+  const address = link && link.length <= LONGEST ? `#${link}` : location.pathname + location.search;
   try {
-    history.replaceState(null, '', kept_ ? `#${kept_}` : location.pathname + location.search);
+    history.replaceState(null, '', address);
   } catch { /* a page without an address of its own, in a frame */ }
 });
 
@@ -61,8 +67,7 @@ function followLink() {
   const fragment = location.hash.slice(1);
   if (!fragment || fragment === linkOf(state)) return;
   try {
-    const fieldsOf = readLink(fragment);
-    change(fieldsOf);
+    change(readLink(fragment));
   } catch (error) {
     element('hint').textContent = `The link does not fit this table: ${error.message}`;
     element('hint').hidden = false;
@@ -74,10 +79,10 @@ function followLink() {
 const EXPORTS = { // what, file, text
   link: ['Link', '', () => `${location.href.split('#')[0]}#${linkOf(state)}`],
   scene: ['Scene', 'scene.yaml', () => yaml(sceneAsData())],
-  stroke: ['Stroke', 'stroke.yaml', () => `- {${Object.entries(strokeInDegrees()).map(([name, x]) => `${name}: ${scalar(x)}`).join(', ')}}\n`],
+  stroke: ['Stroke', 'stroke.yaml', () => `- {${strokeParts((name, x) => `${name}: ${scalar(x)}`).join(', ')}}\n`],
   python: ['Python', 'shot.py', pythonText],
-  command: ['Command', 'shot.sh', () => `billiard-shot predict scene.yaml ${Object.entries(strokeInDegrees())
-    .map(([name, x]) => `--${name.replace('_', '-')} ${Array.isArray(x) ? x.join(' ') : x}`).join(' ')}\n`],
+  command: ['Command', 'shot.sh', () => `billiard-shot predict scene.yaml ${strokeParts(
+    (name, x) => `--${name.replace('_', '-')} ${[x].flat().join(' ')}`).join(' ')}\n`],
   ros: ['ROS 2', 'shot-ros.sh', rosText],
 };
 
@@ -93,11 +98,12 @@ function sceneAsData() {
   return scene;
 }
 
-/** The stroke as stroke files and options have it; as vectors if it came so. */
-function strokeInDegrees() {
+/** The parts of the stroke as stroke files and options have them; vectors if it came so. */
+function strokeParts(write) {
   const { normal, velocity, a, b, elevation, azimuth, speed } = state.stroke;
-  if (normal) return { normal, velocity };
-  return { a, b, elevation_deg: elevation * DEGREES, azimuth_deg: azimuth * DEGREES, speed };
+  const parts = normal ? { normal, velocity }
+    : { a, b, elevation_deg: elevation * DEGREES, azimuth_deg: azimuth * DEGREES, speed };
+  return Object.entries(parts).map(([name, value]) => write(name, value));
 }
 
 function pythonText() {
@@ -119,7 +125,8 @@ function rosText() {
   const turn = product(rotation([0, 0, azimuth]), rotation([0, elevation, 0]));
   const vector = (values) => `{${values.map((x, i) => `${'xyzw'[i]}: ${scalar(x)}`).join(', ')}}`;
   return 'ros2 service call /predict_shot billiard_shot_msgs/srv/PredictShot \\\n'
-    + `  "{cue_pose: {position: ${vector(tip)}, orientation: ${vector(turn)}}, speed: ${scalar(speed)}, ball_position: ${vector(ball)}}"\n`;
+    + `  "{cue_pose: {position: ${vector(tip)}, orientation: ${vector(turn)}}, speed: ${scalar(speed)}, `
+    + `ball_position: ${vector(ball)}}"\n`;
 }
 
 /** A number as YAML 1.1 has it, with a point before an exponent; other values as JSON. */
@@ -133,8 +140,9 @@ function yaml(values, indent = '') {
   return Object.entries(values).map(([key, value]) => {
     const name = /^[A-Za-z_]\w*$/.test(key) ? key : JSON.stringify(key);
     const nested = typeof value === 'object' && value !== null && !Array.isArray(value);
-    if (nested && !Object.keys(value).length) return `${indent}${name}: {}\n`;
-    return nested ? `${indent}${name}:\n${yaml(value, `${indent}  `)}` : `${indent}${name}: ${scalar(value)}\n`;
+    if (!nested) return `${indent}${name}: ${scalar(value)}\n`;
+    const inner = yaml(value, `${indent}  `);
+    return inner ? `${indent}${name}:\n${inner}` : `${indent}${name}: {}\n`;
   }).join('');
 }
 

@@ -37,8 +37,10 @@ function endOfDrag() {
   dragged = null;
 }
 
-/** Take a step back, or forward again. */
-function undo(from = past, to = future) {
+const undo = () => takeStep(past, future);
+const redo = () => takeStep(future, past);
+
+function takeStep(from, to) {
   if (!from.length) return;
   to.push(state);
   endOfDrag();

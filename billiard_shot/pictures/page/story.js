@@ -26,14 +26,16 @@ function sentenceOf({ shot, refused, balls, events, effects }) {
   const others = balls.filter(({ there }) => there).length > 1;
   const again = doubleHit(shot, effects);
   const endless = balls.find(({ segments }) => isEndless(segments));
+  const last = threeDigits(balls[0].segments.at(-1).time);
+  const when = again ? `at ${threeDigits(again)} s` : 'during the strike';
   return [
-    endless && shot.status === 'NEVER_RESTS'
-      && `nothing stops the ball: its last motion, from ${threeDigits(balls[0].segments.at(-1).time)} s on, is endless`,
+    shot.status === 'NEVER_RESTS'
+      && `nothing stops the ball: its last motion, from ${last} s on, is endless`,
     TROUBLES[shot.status],
     shot.cue.miscue && 'a miscue: the tip still slid when it left the ball',
     ...falls, ...offs,
     first >= 0 ? `first contact ${data.scene.names[first]}` : others && 'no ball hit',
-    again !== null && `a double hit: the cue hits the ball again ${again ? `at ${threeDigits(again)} s` : 'during the strike'}`,
+    again !== null && `a double hit: the cue hits the ball again ${when}`,
     !endless && `at rest after ${threeDigits(shot.duration)} s`,
   ].filter(Boolean).join('; ');
 }
@@ -57,7 +59,7 @@ function intended(shown) {
   const met = firstContact(shown);
   if (!met) return null;
   const { position, velocity } = stateAt(ballNamed(shown, met.balls[1]).segments, met.time);
-  const off = data.table.holes.map((hole) => Math.abs(angleBetween(velocity, add([hole[0], hole[1], 0], position, -1))));
+  const off = data.table.holes.map((hole) => Math.abs(angleBetween(velocity, add(hole, position, -1))));
   return { ball: met.balls[1], pocket: data.scene.pockets[off.indexOf(Math.min(...off))] };
 }
 
@@ -76,24 +78,29 @@ function whyMissed(shown, target) {
     const other = target.pocket && fallen.place !== target.pocket;
     return other ? `${ball} falls into ${placeInWords(fallen.place)}, not ${pocket}` : '';
   }
-  const meets = shown.events.find(({ kind, balls }) => ['ball', 'cluster'].includes(kind) && balls.includes(target.ball));
+  const of = ({ kind, balls }, kinds) => kinds.includes(kind) && balls.includes(target.ball);
+  const meets = shown.events.find((event) => of(event, ['ball', 'cluster']));
   if (!meets) return `${ball} is not hit`;
   if (!target.pocket) return '';
   const hole = data.table.holes[data.scene.pockets.indexOf(target.pocket)];
-  const { position, velocity } = stateAt(ballNamed(shown, target.ball).segments, meets.time);
-  const way = add([hole[0], hole[1], 0], position, -1);
-  const off = angleBetween(way, velocity) * DEGREES;
+  const { segments } = ballNamed(shown, target.ball);
+  const { position, velocity } = stateAt(segments, meets.time);
+  const way = add(hole, position, -1);
+  const told = (angle) => `${fixed(Math.abs(angle) * DEGREES, 1)}°`;
   const side = (angle) => (angle > 0 ? 'left' : 'right');
-  const next = shown.events.find(({ time, kind, balls }) => time > meets.time + 1e-9
-    && balls.includes(target.ball) && ['ball', 'cluster', 'cushion', 'rest', 'off'].includes(kind));
-  const gone = next ? Math.hypot(...add(stateAt(ballNamed(shown, target.ball).segments, next.time).position, position, -1)) : 0;
-  const reasons = [`leaves ${fixed(Math.abs(off), 1)}° too far ${side(off)}`];
+  const off = angleBetween(way, velocity);
+  const reasons = [`leaves ${told(off)} too far ${side(off)}`];
   if (meets.balls[0] === 'cue' && meets.kind === 'ball') {
     const cue = stateAt(shown.balls[0].segments, meets.time).position;
-    const throwAngle = angleBetween(add(position, cue, -1), velocity) * DEGREES;
-    if (Math.abs(throwAngle) >= 0.05) reasons.push(`throw turns it ${fixed(Math.abs(throwAngle), 1)}° ${side(throwAngle)}`);
+    const thrown = angleBetween(add(position, cue, -1), velocity);
+    reasons.push(`throw turns it ${told(thrown)} to the ${side(thrown)}`);
   }
-  if (next?.kind === 'rest') reasons.push(`stops after ${inUnits(gone, 'length')} of ${inUnits(Math.hypot(way[0], way[1]), 'length')}`);
-  else if (next) reasons.push(next.text.replace(/^.*? (?=meets|leaves)/, ''));
+  const next = shown.events.find((event) => event.time > meets.time + 1e-9
+    && of(event, ['ball', 'cluster', 'cushion', 'rest', 'off']));
+  if (next?.kind === 'rest') {
+    const gone = add(stateAt(segments, next.time).position, position, -1);
+    const far = (vector) => inUnits(Math.hypot(vector[0], vector[1]), 'length');
+    reasons.push(`stops after ${far(gone)} of ${far(way)}`);
+  } else if (next) reasons.push(next.text.replace(/^.*? (?=meets|leaves)/, ''));
   return `${ball} misses ${pocket}: it ${reasons.join('; ')}`;
 }

@@ -47,5 +47,6 @@ function showStroke() {
     element(id).setAttribute('cx', a * factor);
     element(id).setAttribute('cy', -b * factor);
   }
-  element('raised').textContent = elevation > state.level + 1e-9 ? 'The cue is raised: something is in its way.' : '';
+  const isRaised = elevation > state.level + 1e-9;
+  element('raised').textContent = isRaised ? 'The cue is raised: something is in its way.' : '';
 }

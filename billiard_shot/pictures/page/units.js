@@ -22,7 +22,8 @@ const fields = []; // `root` of each in the page, and how to `show` its number a
  * write the number.
  */
 function field(label, kind, range, get, put) {
-  const [slider, box, name] = [make('input', [], { type: 'range' }), make('input', [], { type: 'number' }), make('small', '')];
+  const [slider, box] = ['range', 'number'].map((type) => make('input', [], { type }));
+  const name = make('small', '');
   for (const input of [slider, box]) {
     input.setAttribute('aria-label', label);
     input.addEventListener('input', () => {
@@ -37,7 +38,9 @@ function field(label, kind, range, get, put) {
     const [low, high] = [Math.min(range[0], value), Math.max(range[1], value)];
     const step = 10 ** -digits;
     Object.assign(slider, { min: low * size, max: high * size, step: 'any', value: value * size });
-    if (document.activeElement !== box) Object.assign(box, { step, value: Number((value * size).toFixed(digits + 1)) });
+    if (document.activeElement !== box) {
+      Object.assign(box, { step, value: Number((value * size).toFixed(digits + 1)) });
+    }
     name.textContent = unit;
   };
   const root = make('label', [make('span', label), slider, box, name], { className: 'field' });

@@ -17,6 +17,7 @@ class ShotContext(EffectContext):
     impulses: NDArray[np.float64]  # (2, 2) N s: of tip and table; normal and tangential
     cue_speed: float  # m/s along the stroke, at the end of the strike
     double_hit: float | None  # s, when the cue hits the ball again
+    chatter: bool  # the tip touched the ball again, too soon for a second hit
 
     def impulse(self, contact: int) -> NDArray[np.float64]:
         """Return the normal and the tangential impulse of a contact in the strike (2,) [N s]."""

@@ -75,6 +75,8 @@ class DoubleHit(EffectGate[ShotContext]):
         if context.double_hit is not None:
             when = moment_in_words(context.double_hit)
             return GateDecision(True, f'the cue hits the ball again {when}')
+        if context.chatter:
+            return GateDecision(True, 'the tip chatters: it soon touches the ball again')
         if context.cue_speed <= 0.0:
             return GateDecision(False, 'the cue does not follow through')
         return GateDecision(False, 'the ball stays out of the way of the cue that follows through')

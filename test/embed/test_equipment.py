@@ -1,0 +1,75 @@
+"""What a page can change in a scene: its changes are what Python makes of the changed scene."""
+
+from copy import deepcopy
+import dataclasses
+
+import numpy as np
+import pytest
+
+from billiard_shot import Scene
+from billiard_shot.embed.equipment import equipment_of
+from billiard_shot.embed.packed import packed_play
+from billiard_shot.embed.page_scene import export_scene
+from billiard_shot.embed.plain import plain
+from billiard_shot.scene.parameters import with_parameters
+
+
+def changed(arguments, equipment, effects, parameters):
+    """Change arguments of `play_tables` as a page does."""
+    made = deepcopy(arguments)
+
+    def put(path, value):
+        place = made
+        for key in path[:-1]:
+            place = place[key]
+        place[path[-1]] = value
+
+    for each in equipment['parameters']:
+        for path in each['paths'] if each['name'] in parameters else ():
+            put(path, parameters[each['name']])
+    for name in effects:
+        for path, value in equipment['effects'][name]['change']:
+            put(path, value)
+    return made
+
+
+@pytest.mark.parametrize('name', ['nine_ball', 'paper', 'carom', 'snooker', 'frozen_combination'])
+def test_changes_are_those_of_the_changed_scene(name):
+    scene, draw = Scene.load(name), np.random.default_rng(3)
+    equipment = equipment_of(scene)
+    base = plain(packed_play(scene))
+    assert len(equipment['effects']) > 10
+    assert len(equipment['parameters']) > 10
+    for _ in range(12):
+        effects = [each for each in equipment['effects'] if draw.random() < 0.3]
+        numbers = [each for each in equipment['parameters'] if draw.random() < 0.5]
+        parameters = {each['name']: float(draw.uniform(*each['range'])) for each in numbers}
+        other = with_parameters(scene, list(parameters), list(parameters.values()))
+        off = dataclasses.replace(other.effects, **dict.fromkeys(effects, 'off'))
+        expected = plain(packed_play(dataclasses.replace(other, effects=off)))
+        assert changed(base, equipment, effects, parameters) == expected
+
+
+def test_an_effect_that_is_off_can_be_turned_on():
+    scene = Scene.from_dict({'like': 'pool_table', 'effects': {'throw': 'off'}})
+    throw = equipment_of(scene)['effects']['throw']
+    assert not throw['on']
+    auto = plain(packed_play(Scene.load('pool_table')))
+    made = changed(plain(packed_play(scene)), equipment_of(scene), ['throw'], {})
+    assert made['layout'] == auto['layout']
+
+
+def test_values_to_offer_are_allowed_and_around_that_of_the_scene():
+    scene = Scene.load('pool_table')
+    for each in equipment_of(scene)['parameters']:
+        low, high = each['range']
+        assert low <= each['value'] <= high
+        for value in (low, high):
+            with_parameters(scene, [each['name']], [value])
+
+
+def test_a_scene_whose_cushions_are_off_has_no_pockets_for_a_page():
+    scene = Scene.from_dict({'like': 'pool_table', 'effects': {'cushion': 'off'}})
+    exported = export_scene(scene)
+    assert exported['pockets'] == ()
+    assert 'find_direct_shots' not in exported['entries']
