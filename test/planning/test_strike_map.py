@@ -89,7 +89,7 @@ def test_maps_agree_with_exact_strikes(centre, share):
 
 @pytest.mark.parametrize('centre', [(0.3, -0.2), (0.0, -0.3)])
 def test_no_cell_contains_the_elevation_from_which_normals_move(centre):
-    """There velocities jump by 6 % of the cue's speed: a cell with both sides errs by half of it."""
+    """There velocities jump by 6 % of the cue's speed: a cell with both sides errs by half."""
     strokes = cloud((*centre, NORMALS_MOVE_FROM, 1.0, 6.0), 3000)
     strokes[:, 2] += np.linspace(-0.05, 0.05, len(strokes))
     found = mapped(SCENE, strokes, problem().sigmas)
