@@ -164,6 +164,27 @@ def test_a_shot_tells_what_happened():
 
 
 @needs_node
+def test_a_table_that_takes_memory_over_plays_as_a_new_one():
+    script = f"""
+    const play = (each) => each.shoot(each.scene.places, {json.dumps(STROKE)}).balls;
+    const first = play(table);
+    table.play({{ cue: [-1, 0.3] }}, {{ speed: 7 }});
+    return [first, play(new core.Table(table.scene, table))];"""
+    first, again = in_node(export_scene(BLOCKED), script=script)
+    assert again == first
+
+
+@needs_node
+def test_a_stroke_is_also_given_by_its_vectors():
+    stroke = Stroke((-2, -1, 12), (4, 0, -16))
+    given = {'normal': stroke.normal, 'velocity': stroke.velocity}
+    script = f'return table.shoot(table.scene.places, {json.dumps(given)}).balls;'
+    found = in_node(export_scene('paper'), script=script)
+    end = predict(Scene.load('paper'), stroke).final_position['cue']
+    assert found['cue']['position'] == end.tolist()
+
+
+@needs_node
 def test_direct_shots_are_those_of_python():
     balls = {'cue': (-0.3, 0.1), '1': (0.2, 0.3), '8': (0.7, -0.2)}
     script = f'return table.shots({json.dumps(balls)}, ["1", "8"]);'
@@ -226,6 +247,14 @@ def test_chances_are_shares_of_strokes_as_python_predicts_them():
         (
             'shoot({ cue: [0, "1"] }, { speed: 1 })',
             'balls.cue[1] must be -0.6858 to 0.6858, got 1 (m)',
+        ),
+        (
+            'shoot({ cue: [0, 0] }, { normal: [0, 0, 1], velocity: [0, 0] })',
+            'the length of stroke.velocity must be 3, got 2',
+        ),
+        (
+            'shoot({ cue: [0, 0] }, { normal: [0, 0, NaN], velocity: [1, 0, 0] })',
+            'stroke.normal must be -1',
         ),
         ('shots({ cue: [0, 0, 0.03] })', 'the length of balls.cue must be 2, got 3'),
         ('shoot({ 8: [0, 0] }, { speed: 1 })', 'balls.cue[0] must be'),

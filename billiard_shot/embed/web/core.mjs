@@ -24,7 +24,7 @@ const STROKES = ['strokes.normals', 'strokes.velocities'];
 const RECORD = ['tables.segments', 'tables.events', 'room.participants'];
 const OFFSETS = ['a', 'b', 'elevation', 'azimuth', 'speed'];
 const VECTORS = ['normal', 'velocity'];
-const FINITE = [-1e12, 1e12, 'finite'];
+const FINITE = [-1e12, 1e12, '1 or m/s'];
 const REFUSED = 100; // the first status of strokes that are refused
 const END = 4; // numbers of the end of a ball in a sample
 const Z95 = 1.959963984540054; // quantile of a two-sided 95 % interval
@@ -88,12 +88,20 @@ class Rows {
   }
 }
 
-/** An instance of the core, and its memory: taken once, never given back. */
+/** An instance of the core, and its memory, which is taken until all of it is given back. */
 class Heap {
   constructor({ module, description }) {
     const { exports } = new WebAssembly.Instance(module);
     Object.assign(this, { description, exports, memory: exports.memory });
     this.end = exports.__heap_base.value;
+  }
+
+  /** Give all memory back. */
+  clear() {
+    const begin = this.exports.__heap_base.value;
+    new Uint8Array(this.memory.buffer, begin, this.end - begin).fill(0);
+    this.end = begin;
+    return this;
   }
 
   /** Take so many bytes, all zero. */
@@ -262,15 +270,16 @@ class Sample {
   }
 }
 
-/** A scene on which strokes are played; see `load`. */
+/** A scene on which strokes are played; see `load`. It takes the memory of a `used` table over. */
 class Table {
-  constructor(core, scene) {
+  constructor(core, scene, used) {
     oneOf('the version that exported the scene', scene.sources, [core.description.sources]);
     Object.assign(this, { core, scene, constants: core.description.constants });
     const meaning = ([kind, names]) => [kind, byNumber(names)];
     this.meanings = Object.fromEntries(Object.entries(this.constants).map(meaning));
-    const heap = new Heap(core);
-    const call = ([name, values]) => [name, new Call(heap, name, values)];
+    used?.close();
+    this.heap = used ? used.heap.clear() : new Heap(core);
+    const call = ([name, values]) => [name, new Call(this.heap, name, values)];
     this.calls = Object.fromEntries(Object.entries(scene.entries).map(call));
     this.workers = [];
   }
@@ -417,7 +426,10 @@ class Table {
 
   checkStroke(stroke) {
     if (stroke.normal && stroke.velocity) {
-      VECTORS.forEach((name) => stroke[name].forEach((x) => within(`stroke.${name}`, x, FINITE)));
+      for (const name of VECTORS) {
+        oneOf(`the length of stroke.${name}`, stroke[name].length, [3]);
+        stroke[name].forEach((x) => within(`stroke.${name}`, x, FINITE));
+      }
       return;
     }
     Object.keys(stroke).forEach((name) => oneOf('stroke', name, OFFSETS));

@@ -1,7 +1,7 @@
 // The compiled core, and tables to play on with the equipment of a state.
 
 const WORKERS = Math.min(Math.max((navigator.hardwareConcurrency || 2) - 1, 2), 8);
-const MOST_TABLES = 40; // that are kept: effects are compared on as many
+const MOST_TABLES = 30; // that are kept: effects are compared on as many
 const IN_THE_WAY = ['CUE_THROUGH_CLOTH', 'CUE_THROUGH_BALL', 'CUE_THROUGH_CUSHION'];
 const RAISE = 0.5 / DEGREES; // by which the cue is raised until nothing is in its way
 const STEEPEST = 89.5 / DEGREES;
@@ -25,10 +25,9 @@ async function unpacked(text) {
 function tableFor({ effects, parameters }) {
   const key = JSON.stringify([[...effects].sort(), parameters]);
   if (!tables.has(key)) {
-    const oldest = tables.size >= MOST_TABLES ? tables.keys().next().value : null;
-    tables.get(oldest)?.close();
+    const [oldest, used] = tables.size >= MOST_TABLES ? tables.entries().next().value : [];
     tables.delete(oldest);
-    tables.set(key, new core.Table(sceneWith(effects, parameters)));
+    tables.set(key, new core.Table(sceneWith(effects, parameters), used));
   }
   return tables.get(key);
 }

@@ -9,10 +9,11 @@ function fillEquipment() {
     return make('li', [make('label', [box, ` ${placeInWords(name)}`]), difference]);
   }));
   const sectionOf = ({ name }) => name.slice(0, name.lastIndexOf('.'));
-  const sections = Object.groupBy(data.equipment.parameters, sectionOf);
-  element('parameters').replaceChildren(...Object.entries(sections).flatMap(([section, numbers]) => [
-    make('h3', section.replace('.', ', ').replaceAll('_', ' ')),
-    ...numbers.map((number) => field(
+  const numbers = data.equipment.parameters;
+  const sections = [...new Set(numbers.map(sectionOf))];
+  element('parameters').replaceChildren(...sections.flatMap((section) => [
+    make('h3', placeInWords(section.replace('.', ', '))),
+    ...numbers.filter((number) => sectionOf(number) === section).map((number) => field(
       placeInWords(number.name.split('.').at(-1)), number.unit, number.range,
       () => state.parameters[number.name] ?? number.value,
       (value) => setParameter(number, value),

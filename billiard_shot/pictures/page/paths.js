@@ -24,7 +24,7 @@ function played({ balls: places, stroke, played: executed, effects, parameters }
     { time: 0, kind: 'strike', balls: ['cue'], text: 'cue strikes' }, ...eventsOf(shot),
   ];
   return withColours({
-    shot, refused, balls, events, effects, stroke: executed ?? stroke, until: Math.max(0, ...lasts),
+    shot, refused, balls, events, stroke: executed ?? stroke, until: Math.max(0, ...lasts),
   });
 }
 

@@ -91,8 +91,11 @@ function step(now) {
   const elapsed = Math.min(now - last, 100) / 1000;
   last = now;
   setTime(time + elapsed * Number(element('rate').value));
-  if (time >= end()) play(false);
-  else requestAnimationFrame(step);
+  if (time < end()) requestAnimationFrame(step);
+  else {
+    play(false);
+    giveHint('⏮ leads back to the start; Go on plays from here.');
+  }
 }
 
 function changeRate(by) {
@@ -155,6 +158,7 @@ function describe() {
     markEvents();
   }
   element('clock').textContent = `${fixed(time, 3)} s`;
+  element('again').disabled = time <= begin();
   element('go-on').disabled = shown.refused || !shown.balls.every(({ segments: all }) => !isEndless(all));
 }
 
@@ -229,7 +233,7 @@ function listen() {
     setTime(Number(event.target.value));
   });
   const clicks = {
-    play: () => play(!playing), help: () => element('keys').showModal(), undo, redo, keep: keepShot,
+    play: () => play(!playing), again: () => setTime(begin()), help: () => element('keys').showModal(), undo, redo, keep: keepShot,
     'go-on': goOn, 'begin-drill': beginDrill, try: tryDrill, 'end-drill': () => change({ drill: null }),
     panel: () => {
       document.querySelector('aside').classList.toggle('away');
@@ -262,6 +266,11 @@ function showState() {
   element('redo').disabled = !future.length;
 }
 
+function giveHint(text) {
+  element('hint').textContent = text;
+  element('hint').hidden = !text;
+}
+
 function trouble(text) {
   element('trouble').textContent = text;
   element('trouble').hidden = false;
@@ -291,7 +300,7 @@ async function start() {
   watch(['kept', 'units'], showKept);
   watch(['units', 'target'], tellStory);
   watchers.push(showState, writeLink, () => tell('state', publicState()), () => {
-    element('hint').hidden = true;
+    giveHint('');
   });
   replay();
   listen();

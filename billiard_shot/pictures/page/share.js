@@ -69,8 +69,7 @@ function followLink() {
   try {
     change(readLink(fragment));
   } catch (error) {
-    element('hint').textContent = `The link does not fit this table: ${error.message}`;
-    element('hint').hidden = false;
+    giveHint(`The link does not fit this table: ${error.message}`);
   }
 }
 

@@ -16,7 +16,7 @@ const TROUBLES = { // by status: what is wrong with the result
 };
 
 /** What happened in a shot, in one line. */
-function sentenceOf({ shot, refused, balls, events, effects }) {
+function sentenceOf({ shot, refused, balls, events }) {
   if (refused) return REFUSALS[shot.status] ?? placeInWords(shot.status.toLowerCase());
   const falls = events.filter(({ kind }) => kind === 'pocket').map(({ balls: [ball], place }) =>
     `${ball === 'cue' ? 'cue ball scratched' : ball} into ${placeInWords(place)}`);
@@ -24,7 +24,7 @@ function sentenceOf({ shot, refused, balls, events, effects }) {
     `${ballInWords(ball)} off the table`);
   const first = shot.balls.cue.first_contact;
   const others = balls.filter(({ there }) => there).length > 1;
-  const again = doubleHit(shot, effects);
+  const again = shot.cue.double_hit; // s; 0: during the strike
   const endless = balls.find(({ segments }) => isEndless(segments));
   const last = threeDigits(balls[0].segments.at(-1).time);
   const when = again ? `at ${threeDigits(again)} s` : 'during the strike';
@@ -32,20 +32,12 @@ function sentenceOf({ shot, refused, balls, events, effects }) {
     shot.status === 'NEVER_RESTS'
       && `nothing stops the ball: its last motion, from ${last} s on, is endless`,
     TROUBLES[shot.status],
-    shot.cue.miscue && 'a miscue: the tip still slid when it left the ball',
+    shot.cue.miscue && 'a miscue: the tip slid on the ball',
     ...falls, ...offs,
     first >= 0 ? `first contact ${data.scene.names[first]}` : others && 'no ball hit',
-    again !== null && `a double hit: the cue hits the ball again ${when}`,
+    again < Infinity && `a double hit: the cue hits the ball again ${when}`,
     !endless && `at rest after ${threeDigits(shot.duration)} s`,
   ].filter(Boolean).join('; ');
-}
-
-/** When the cue hits the ball again [s], 0: during the strike; null: it does not. */
-function doubleHit({ cue, segments }, effects) {
-  const effect = data.equipment.effects.double_hit; // not there: a page that cannot turn it off
-  if (effect && effect.on === effects.includes('double_hit')) return null;
-  if (cue.hits > 1) return 0;
-  return segments.cue.find(({ cause }) => cause === 'CUE')?.time ?? null;
 }
 
 /**
