@@ -17,7 +17,7 @@ project = 'billiard_shot'
 author = 'billiard_shot maintainers'
 project_copyright = author
 
-extensions = ['myst_parser', 'sphinx.ext.autodoc', 'docstrings', 'live', 'mathml']
+extensions = ['myst_nb', 'sphinx.ext.autodoc', 'docstrings', 'live', 'mathml']
 exclude_patterns = ['_build']
 default_role = 'code'
 
@@ -30,6 +30,15 @@ html_math_renderer = 'mathml'
 
 myst_enable_extensions = ['dollarmath']
 myst_heading_anchors = 3
+
+# Notebooks are stored without outputs. Their tables to play on are frames, which need no kernel.
+nb_execution_mode = 'force'
+nb_execution_in_temp = True
+nb_execution_timeout = 300
+nb_execution_raise_on_error = True
+nb_mime_priority_overrides = [('html', 'application/vnd.jupyter.widget-view+json', None)]
+nb_ipywidgets_js = {}
+nb_merge_streams = True
 
 autodoc_member_order = 'bysource'
 autodoc_typehints = 'none'  # the docstrings say types, shapes and units

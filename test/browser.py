@@ -116,11 +116,12 @@ class Browser:
         elif event.get('method') == 'Network.requestWillBeSent':
             self.requests.append(parameters['request']['url'])
 
-    def open(self, path, fragment=''):
-        """Open a file and wait until it is loaded."""
+    def open(self, page, fragment=''):
+        """Open a file or an address and wait until it is loaded."""
         self.requests = []
         self.call('Page.navigate', url='about:blank')  # else a fragment alone is followed
-        self.call('Page.navigate', url=Path(path).as_uri() + fragment)
+        address = page if isinstance(page, str) else page.as_uri()
+        self.call('Page.navigate', url=address + fragment)
         self.wait_for('document.readyState === "complete"')
 
     def run(self, script):

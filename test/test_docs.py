@@ -1,6 +1,7 @@
 """What README and docs show, runs; blocks for tools that are not here carry a tag."""
 
 import argparse
+import json
 import os
 from pathlib import Path
 import re
@@ -12,6 +13,7 @@ import sys
 import pytest
 
 import billiard_shot
+from billiard_shot import machine_code
 from billiard_shot.cli import main
 from billiard_shot.shot.stroke_file import read_strokes
 from billiard_shot.shot.stroke_options import add_stroke_arguments, strokes_from_options
@@ -24,6 +26,7 @@ import redraw  # noqa: E402
 
 MESSAGES = ROOT / 'msg_defs'
 PAGES = [ROOT / 'README.md', ROOT / 'CONTRIBUTING.md', *sorted((ROOT / 'docs').glob('*.md'))]
+NOTEBOOKS = sorted((ROOT / 'docs' / 'notebooks').glob('*.ipynb'))
 BLOCK = re.compile(r'(?:<!-- needs: (\S+) -->\n)?^```(\w+)\n(.*?)^```$', re.MULTILINE | re.DOTALL)
 BLOCKS = [
     (page.name, *match.groups()) for page in PAGES for match in BLOCK.finditer(text_of(page))
@@ -291,6 +294,13 @@ def test_pages_show_the_pictures_that_are_there():
     assert redraw.commands().keys() | redraw.SCREENSHOTS | redraw.MEASURED == there
 
 
+@pytest.mark.parametrize('notebook', NOTEBOOKS, ids=lambda path: path.stem)
+def test_notebooks_are_short_and_stored_without_outputs(notebook):
+    cells = json.loads(notebook.read_text())['cells']
+    assert len(cells) <= 12
+    assert not any(cell.get('outputs') or cell.get('execution_count') for cell in cells)
+
+
 def test_every_block_is_of_a_known_kind():
     kinds = {language for _, _, language, _ in BLOCKS}
     # yaml: test/scene/test_check.py; js, c: test/embed/test_export.py
@@ -299,8 +309,10 @@ def test_every_block_is_of_a_known_kind():
 
 
 def test_pages_build_without_warnings(tmp_path):
-    for needed in ('furo', 'latex2mathml', 'myst_parser'):
+    for needed in ('furo', 'latex2mathml', 'myst_nb', 'anywidget'):
         pytest.importorskip(needed, reason='needs the extra docs')
+    if not machine_code.is_loaded():
+        pytest.skip('needs machine code')
     built = subprocess.run(
         [
             sys.executable,
@@ -319,6 +331,11 @@ def test_pages_build_without_warnings(tmp_path):
         check=False,
     )
     assert built.returncode == 0, built.stderr
+    for notebook in NOTEBOOKS:  # they have run in kernels, where an error ends the build
+        shown = (tmp_path / 'notebooks' / f'{notebook.stem}.html').read_text()
+        assert 'cell_output' in shown
+        assert ('<iframe srcdoc=' in shown) == ('TableWidget(' in notebook.read_text())
+        assert not re.findall(r'<(?:script|link|img)[^>]* (?:src|href)="https?:[^"]*"', shown)
     parameters = (tmp_path / 'reference' / 'parameters.html').read_text()
     for node in ('predictor', 'cue_driver', 'table_display'):
         assert f'id="{node.replace("_", "-")}"' in parameters

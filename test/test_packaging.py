@@ -97,11 +97,11 @@ def test_what_is_imported_is_declared():
     }
     keys = {'numpy': 'python3-numpy', 'scipy': 'python3-scipy', 'yaml': 'python3-yaml'}
     extras = {
-        **{name: name for name in ('distributed', 'gymnasium', 'matplotlib', 'mujoco', 'pandas')},
+        **{name: name for name in ('anywidget', 'distributed', 'gymnasium', 'matplotlib')},
+        **{name: name for name in ('mujoco', 'pandas', 'shtab', 'tornado', 'traitlets')},
         'PIL': 'pillow',
         'imageio': 'imageio[ffmpeg]',
         'imageio_ffmpeg': 'imageio[ffmpeg]',
-        'shtab': 'shtab',
     }
     files = (*(ROOT / PACKAGE).rglob('*.py'), *(ROOT / 'launch').glob('*.py'))
     tools = {'numba', 'llvmlite', 'ziglang'}  # of the build; numba brings llvmlite

@@ -207,7 +207,7 @@ def run(options: argparse.Namespace) -> int:
     for each in chosen:
         _write(each, result.noise, options)
     if options.json:
-        print(json.dumps(_as_json(result), allow_nan=False))
+        print(json.dumps(as_json(result), allow_nan=False))
     elif options.csv or result.ranking:
         _print_ranking(result, options)
     else:
@@ -291,7 +291,8 @@ def _work(result: PlanResult) -> str:
     )
 
 
-def _as_json(result: PlanResult) -> dict[str, Any]:
+def as_json(result: PlanResult) -> dict[str, Any]:
+    """Write a plan as data for JSON."""
     return {
         'status': result.status.name,
         'message': result.message,

@@ -19,9 +19,9 @@ import webbrowser
 from billiard_shot.embed.core_files import core_script
 from billiard_shot.embed.equipment import equipment_of
 from billiard_shot.embed.page_scene import export_scene
+from billiard_shot.embed.page_state import start_of
 from billiard_shot.scene import Scene, SceneLike
 from billiard_shot.scene.errors import reason
-from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.accuracy import DEFAULT_SHOT_TOLERANCE
 from billiard_shot.shot.setting import setting_of
 from billiard_shot.shot.shot import Shot
@@ -55,6 +55,7 @@ SCRIPTS = (
     'compare.js',
     'drill.js',
     'events.js',
+    'plan.js',
     'share.js',
     'frame.js',
     'pointer.js',
@@ -88,9 +89,16 @@ def page_of_scene(
     links: Mapping[str, str] = NO_LINKS,
     core: str = '',
     framed: bool = False,
+    planner: bool = False,
 ) -> str:
-    """Make a page of a scene without a stroke: the page aims. For the rest see `page_of`."""
-    return _page({**_scene_data(Scene.load(scene), title), 'framed': framed}, links, core)
+    """
+    Make a page of a scene without a stroke: the page aims.
+
+    A page with a `planner` asks the server that it comes from for plans (plan.js). For the rest
+    see `page_of`.
+    """
+    data = _scene_data(Scene.load(scene), title)
+    return _page({**data, 'framed': framed, 'planner': planner}, links, core)
 
 
 def write_page(shot: Shot, path: Path, title: str = 'shot') -> None:
@@ -118,14 +126,7 @@ def open_page(shot: Shot) -> Path:
 
 def view_data(shot: Shot, title: str) -> dict[str, Any]:
     """Collect all that the page of a shot shows, in SI units and the frame `table`."""
-    stroke = shot.stroke.touching(shot.scene.cue.tip_curvature_radius / shot.scene.ball.radius)
-    data = _scene_data(shot.scene, title, shot.tolerance)
-    places = {**data['scene']['places'], CUE_BALL: shot.position[:2].tolist()}
-    names = 'a', 'b', 'elevation', 'azimuth', 'speed'
-    # the vectors, too: made of the offsets, they could differ in the last bit
-    vectors = {'normal': stroke.normal, 'velocity': stroke.velocity}
-    played = dict(zip(names, stroke.offsets, strict=True)) | vectors
-    return {**data, 'start': {'balls': places, 'stroke': played}}
+    return {**_scene_data(shot.scene, title, shot.tolerance), 'start': start_of(shot)}
 
 
 def _page(data: dict[str, Any], links: Mapping[str, str], core: str) -> str:
@@ -134,6 +135,7 @@ def _page(data: dict[str, Any], links: Mapping[str, str], core: str) -> str:
     hashes = (b64encode(sha256(text.encode()).digest()).decode() for text in (script, inline))
     parts = {
         'POLICY': ' '.join(f"'sha256-{each}'" for each in hashes) + (" 'self' file:" * bool(core)),
+        'CONNECT': "'self'" if data.get('planner') else '',
         'TITLE': _escaped(data['title']),
         'STYLE': _part('style.css'),
         'LINKS': ' '.join(

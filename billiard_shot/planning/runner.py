@@ -18,6 +18,7 @@ from billiard_shot.planning.places import as_struck
 from billiard_shot.planning.problem import Problem
 from billiard_shot.planning.strike_map import bounds_of, Cell, Fit, fit_cell, Maps
 from billiard_shot.records import Array
+from billiard_shot.shot.stroke import Stroke
 
 T = TypeVar('T')
 
@@ -43,6 +44,7 @@ class Progress:
     budget: int
     # Estimated for the best stroke so far, or its mean value; 0 if no stroke was found.
     success: float
+    stroke: Stroke | None  # the best one so far
 
 
 class StoppedError(Exception):
@@ -63,6 +65,7 @@ class Runner:
         value: ValueFunction | None = None,
     ) -> None:
         self.budget, self.simulations, self.best = budget, 0, 0.0
+        self._best_stroke: Stroke | None = None
         self.reserved = round(FINAL_RESERVE * budget)
         self._maps = Maps(problem.model, bounds_of(problem.sigmas), problem.setting.reaching)
         self._executor = executor
@@ -113,10 +116,15 @@ class Runner:
             return inf
         return share * self._time_limit - (perf_counter() - self._begin)
 
+    def note(self, stroke: Array, value: float) -> None:
+        """Report a stroke (5,) as the best one so far, if its value is larger than before."""
+        if value > self.best:
+            self.best, self._best_stroke = value, Stroke.from_offsets(*stroke.tolist())
+
     def poll(self) -> None:
         """Report progress; raise StoppedError if the search is cancelled."""
         if self._progress:
-            self._progress(Progress(self.simulations, self.budget, self.best))
+            self._progress(Progress(self.simulations, self.budget, self.best, self._best_stroke))
         if self._cancel and self._cancel():
             raise StoppedError
 

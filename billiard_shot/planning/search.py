@@ -75,8 +75,9 @@ def search(problem: Problem, runner: Runner, seed: int) -> Found:
                 for better in refine(problem, runner, population, draws, effort):
                     found[-1] = better
                 if found[-1] is not population:
-                    best = max(best, float(found[-1].value[0]))
-                    runner.best = max(runner.best, best)
+                    value = float(found[-1].value[0])
+                    best = max(best, value)
+                    runner.note(found[-1].strokes[0], value)
                 stage.value = max(stage.value, float(found[-1].value.max(initial=0.0)))
                 if runner.left <= 0:
                     break

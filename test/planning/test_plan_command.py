@@ -31,7 +31,7 @@ def test_files_of_any_rank(tmp_path, capsys):
     assert main([*command, '--rank', '2', '-o', str(shot), '--view', str(page)]) == 0
     ranking = json.loads(capsys.readouterr().out)['ranking']
     assert load_shot(shot).stroke.velocity == pytest.approx(ranking[1]['velocity'])
-    assert ranking[1]['message'] in page.read_text()
+    assert f'"velocity": {json.dumps(ranking[1]["velocity"])}' in page.read_text()
     assert main([*command, '--rank', '99', '-o', str(shot)]) == 2
     assert re.search(
         r'--rank must be at most \d+, the strokes found, got 99', capsys.readouterr().err

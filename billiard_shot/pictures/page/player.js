@@ -5,7 +5,7 @@ const MOTIONS = {
   REST: 'rests', SLIDE: 'slides', ROLL: 'rolls', SPIN: 'spins', FLIGHT: 'flies',
   POCKETED: 'in a pocket', OFF_TABLE: 'off the table',
 };
-const TABS = ['aim', 'shots', 'table', 'balls', 'events', 'drill', 'share'];
+const TABS = ['aim', 'shots', 'plan', 'table', 'balls', 'events', 'drill', 'share'];
 
 let shown = null; // see `played`
 let time = 0;
@@ -194,6 +194,7 @@ function fillPage() {
   fillStroke();
   fillErrors();
   fillEquipment();
+  fillPlanner();
   fillExports();
 }
 
