@@ -159,6 +159,7 @@ setup(
             'cue_sim = billiard_shot.ros.cue_sim:main',
             'cue_model = billiard_shot.ros.cue_model:main',
             'table_sim = billiard_shot.ros.table_sim:main',
+            'shot_recorder = billiard_shot.ros.shot_recorder:main',
             'table_display = billiard_shot.ros.table_display:main',
             'table_tracker = billiard_shot.ros.table_tracker:main',
             'player = billiard_shot.ros.player:main',

@@ -6,6 +6,9 @@ from typing import Any, TYPE_CHECKING
 from billiard_shot.notebook import Shown
 
 if TYPE_CHECKING:
+    from billiard_shot.calibration.calibrate import calibrate
+    from billiard_shot.calibration.reader import read_recording
+    from billiard_shot.calibration.result import Calibration
     from billiard_shot.impact.bodies import Body, Contact
     from billiard_shot.impact.collide import collide
     from billiard_shot.planning.candidate_strokes import candidates, CandidateStrokes
@@ -67,6 +70,9 @@ __all__ = [
     'candidates',
     'CandidateStrokes',
     'invert_strike',
+    'calibrate',
+    'read_recording',
+    'Calibration',
     'collide',
     'Body',
     'Contact',
@@ -107,6 +113,9 @@ _HOMES = {
     'predict_within_noise': 'planning.within_noise',
     'DirectShots': 'planning.shots',
     'invert_strike': 'planning.inverse',
+    'calibrate': 'calibration.calibrate',
+    'read_recording': 'calibration.reader',
+    'Calibration': 'calibration.result',
     'collide': 'impact.collide',
     'Body': 'impact.bodies',
     'Contact': 'impact.bodies',

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from billiard_shot.calibration.check import check
+from billiard_shot.calibration.check import Check, check
 from billiard_shot.calibration.checkpoint import Checkpoint, State
 from billiard_shot.calibration.comparison import FIRST_SCALES
 from billiard_shot.calibration.estimate import Estimate
@@ -22,21 +22,23 @@ from billiard_shot.calibration.joint_fit import (
     searched,
     Shot,
 )
-from billiard_shot.calibration.launch import prior_of
+from billiard_shot.calibration.launch import launch_of, prior_of
 from billiard_shot.calibration.model import Model, model_of, Sought, sought_in, values_of
+from billiard_shot.calibration.recording import Floats
 from billiard_shot.calibration.result import Calibration
 from billiard_shot.calibration.usable import (
     check_places,
     named_scene,
     read_recordings,
     Recordings,
+    Usable,
     usable_shots,
 )
 from billiard_shot.scene import Scene, SceneLike
 from billiard_shot.scene.errors import refused
 from billiard_shot.scene.values import as_float, positive, whole
 
-FIRST_HORIZON, HORIZON, GROWTH = 1.0, 4.0, 2.0
+FIRST_HORIZON, HORIZON, GROWTH = 1.0, 8.0, 2.0
 """First and last time after the strike that count for common numbers [s], and their ratio."""
 
 LEAST_SHOTS = 5
@@ -124,29 +126,14 @@ def calibrate(
         )
     mapped: Mapped = map if executor is None else executor.map
     work = _Work(mapped, progress, len(horizons) * len(used) + 2 * len(tested))
-    shot_names = [each.shot.name for each in usable]
-    request = scene.to_dict(), sought, horizons, share, seed, shot_names
-    saved = Checkpoint(checkpoint, request)
+    content = [(each.shot.name, len(each.watched.place)) for each in usable]
+    saved = Checkpoint(checkpoint, (scene.to_dict(), sought, horizons, share, seed, content))
     model = model_of(scene, read)
-    shots = [Shot(each.watched, each.recording, prior_of(each.watched)[0]) for each in used]
+    shots = [Shot(each.watched, each.recording, _first_launch(each, model)) for each in used]
     problem, found = _fitted(model, sought, shots, horizons, seed, work, saved)
     problem, found, intervals = _decided(problem, found, work)
     fitted = problem.model_at(found.values)
-    work.text = 'shots held out'
-    checks, checks_before = (
-        tuple(
-            each
-            for each in work.ticking(
-                check,
-                [
-                    (by, one.recording, one.shot, np.inf, (seed, number))
-                    for number, one in enumerate(tested)
-                ],
-            )
-            if each is not None
-        )
-        for by in (fitted, model)
-    )
+    checks, checks_before = (_checked(by, tested, seed, work) for by in (fitted, model))
     saved.remove()
     return Calibration(
         scene=replace(fitted.scene, balls=scene.balls),
@@ -159,6 +146,13 @@ def calibrate(
         checks_before=checks_before,
         ignored=tuple(ignored),
     )
+
+
+def _first_launch(one: Usable, model: Model) -> Floats:
+    """Return a likely launch: that of the stroke, if it is known."""
+    if one.shot.stroke is None:
+        return prior_of(one.watched)[0]
+    return launch_of(model.scene, model.frames[one.recording], one.watched, one.shot.stroke)
 
 
 def _horizons(last: float) -> list[float]:
@@ -226,20 +220,36 @@ def _decided(
     return problem, found, intervals
 
 
+def _checked(
+    model: Model, tested: Sequence[Usable], seed: int, work: '_Work'
+) -> tuple[Check, ...]:
+    """Predict shots that were not fitted; leave out those without any launch."""
+    work.text = 'shots held out'
+    items = [
+        (model, each.recording, each.shot, np.inf, (seed, number))
+        for number, each in enumerate(tested)
+    ]
+    return tuple(each for each in work.ticking(check, items) if each is not None)
+
+
 def _estimates(
     sought: Sequence[Sought], problem: Problem, found: JointFit, intervals: Sequence[Interval]
 ) -> tuple[Estimate, ...]:
     """Return what is known of all numbers, also of those that the shots do not decide."""
     known = {
-        each.name: Estimate(
-            each.name, each.unit, value, each.start, interval.bounds, interval.shots
-        )
+        each.name: (value, *interval)
         for each, value, interval in zip(
             problem.sought, found.values.tolist(), intervals, strict=True
         )
     }
     return tuple(
-        known.get(each.name, Estimate(each.name, each.unit, each.start, each.start))
+        Estimate(
+            each.name,
+            each.unit,
+            each.start,
+            each.published,
+            *known.get(each.name, (each.start, None, ())),
+        )
         for each in sought
     )
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from billiard_shot.calibration.comparison import FIRST_SCALES
-from billiard_shot.calibration.launch import ways_of
+from billiard_shot.calibration.launch import contacts_of, ways_of
 from billiard_shot.calibration.launch_search import search_launches
 from billiard_shot.calibration.model import Model
 from billiard_shot.calibration.recording import Floats, RecordedShot
@@ -26,16 +26,22 @@ class Check:
     Attributes
     ----------
     watched : Watched
+    recording : int
+        Number of its recording.
     launch : (numbers,) float array
         See launch.py.
     places : (samples, 2) float array
         Where its samples lie as predicted, in the frame of the recording [m].
+    contacts : (contacts,) float array
+        Times at which balls meet balls and cushions, as predicted [s].
 
     """
 
     watched: Watched
+    recording: int
     launch: Floats
     places: Floats
+    contacts: Floats
 
     @property
     def times(self) -> Floats:
@@ -79,9 +85,10 @@ def check(item: tuple[Model, int, RecordedShot, float, Sequence[int]]) -> Check 
     )
     if not len(found.costs):
         return None
-    watched = watch(shot, frame.rate)
-    places = ways_of(model.scene, frame, watched, found.launches[:1])[0]
-    return Check(watched, found.launches[0], places)
+    watched, launch = watch(shot, frame.rate), found.launches[0]
+    places = ways_of(model.scene, frame, watched, launch[np.newaxis])[0]
+    contacts = contacts_of(model.scene, frame, watched, launch)
+    return Check(watched, recording, launch, places, contacts)
 
 
 def quantiles(checks: Sequence[Check]) -> Floats:
@@ -89,3 +96,9 @@ def quantiles(checks: Sequence[Check]) -> Floats:
     errors = np.array([[each.rmse(span) for span in SPANS] for each in checks])
     found: Floats = np.quantile(errors, QUANTILES, axis=0).T
     return found
+
+
+def in_words(checks: Sequence[Check]) -> str:
+    """Say how large the errors of whole shots are."""
+    low, median, high = (100.0 * quantiles(checks)[-1]).tolist()
+    return f'median {median:.1f} cm (10 %: {low:.1f}, 90 %: {high:.1f})'

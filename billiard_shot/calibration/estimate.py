@@ -11,22 +11,23 @@ class Estimate:
     Attributes
     ----------
     name, unit : str
+    before : float
+        The value with which the calibration began.
+    published : (float, float), optional
+        Range of published values.
     value : float
         The one before, if these shots do not decide the number.
-    before : float
     interval : (float, float), optional
         Holds the truth in 95 % of calibrations; None if these shots do not decide the number.
     shots : tuple of str
         Those that decide it, the most important one first.
-    published : (float, float), optional
-        Range of published values.
 
     """
 
     name: str
     unit: str
-    value: float
     before: float
-    interval: tuple[float, float] | None = None
-    shots: tuple[str, ...] = ()
-    published: tuple[float, float] | None = None
+    published: tuple[float, float] | None
+    value: float
+    interval: tuple[float, float] | None
+    shots: tuple[str, ...]

@@ -38,8 +38,8 @@ def intervals_of(problem: Problem, fit: JointFit) -> list[Interval]:
     left = without_each(problem, fit)
     variance = (count - 1) / count * ((left - left.mean(axis=0)) ** 2).sum(axis=0)
     reach = student.ppf(0.5 + 0.5 * LEVEL, count - 1) * np.sqrt(variance)
-    inverse = np.linalg.inv(fit.matrices.sum(axis=0) + problem.precision)
-    shares = np.einsum('ki,sij,kj->ks', inverse, fit.matrices, inverse)
+    inverse = np.linalg.inv(fit.curvatures.sum(axis=0) + problem.precision)
+    shares = np.einsum('ki,sij,kj->ks', inverse, fit.curvatures, inverse)
     decisive = np.argsort(-shares, axis=-1, kind='stable')[:, :DECISIVE]
     return [
         Interval(
@@ -55,7 +55,7 @@ def intervals_of(problem: Problem, fit: JointFit) -> list[Interval]:
 def without_each(problem: Problem, fit: JointFit) -> Floats:
     """Return the common numbers (shots, common) that all shots but one give."""
     away = problem.precision @ (fit.values - problem.start)
-    matrices = fit.matrices.sum(axis=0) + problem.precision - fit.matrices
+    matrices = fit.curvatures.sum(axis=0) + problem.precision - fit.curvatures
     gradients = fit.gradients.sum(axis=0) + away - fit.gradients
     left: Floats = fit.values - np.linalg.solve(matrices, gradients[..., np.newaxis])[..., 0]
     return left
@@ -68,7 +68,7 @@ def undecided(problem: Problem, fit: JointFit, intervals: list[Interval]) -> lis
     A number is decided if its interval is narrower than the range of likely values, or does not
     hold the value with which the fit began. It is not if its range alone keeps it where it is.
     """
-    inverse = np.linalg.inv(fit.matrices.sum(axis=0) + problem.precision)
+    inverse = np.linalg.inv(fit.curvatures.sum(axis=0) + problem.precision)
     held = np.diag(inverse) * np.diag(problem.precision)  # 1: nothing is known but the range
     parts = []
     for each, (low, high), by_range in zip(

@@ -24,7 +24,7 @@ from billiard_shot.calibration.watched import Watched
 LAUNCH_STEPS = 8
 """Most steps of least squares by which launches follow the common numbers."""
 
-MOST_STEPS = 12
+MOST_STEPS = 15
 """Largest number of steps of the common numbers at a horizon."""
 
 FIRST_DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-3, 1e-6, 1e3
@@ -35,10 +35,19 @@ RAISED, LOWERED = 10.0, 0.2
 
 CLOSE, FLAT = 0.1, 0.02
 """
-A fit has converged if the next step is shorter than the first part of each standard deviation, or
-if it would lower the cost by less than the second number. A cost that is higher by 1 is about one
+A fit ends if the next step is shorter than the first part of each standard deviation, or if it
+would lower the cost by less than the second number. A cost that is higher by 1 is about one
 standard deviation away; differences below a hundredth are errors of the launches.
 """
+
+NEAR = 0.5
+"""
+A fit has also converged if no step is better, and the next one is shorter than this part of each
+standard deviation: where launches jump to other paths, the cost does not fall evenly.
+"""
+
+TINY = 1e-15
+"""Least standard deviation: a number that nothing decides has none."""
 
 ROUNDING = 1e-9
 """Part of a step that is only rounding: a number at its bound moves no farther."""
@@ -62,13 +71,16 @@ class Reduced(NamedTuple):
 
     Attributes
     ----------
-    matrix, gradient : (common, common) and (common,) float array
+    matrix, curvature : (common, common) float array
+        With weights of least squares, for steps, and with curvatures, for deviations.
+    gradient : (common,) float array
     follow : (numbers, common) float array
         Change of the launch with each common number.
 
     """
 
     matrix: Floats
+    curvature: Floats
     gradient: Floats
     follow: Floats
 
@@ -94,10 +106,8 @@ class JointFit:
         With their launches.
     scales : (knots,) float array
         Of errors, see `compare` [m].
-    horizon : float
-        Until which samples were compared [s].
-    matrices, gradients : (shots, common, common) and (shots, common) float array
-        Normal equations of the shots, at these numbers.
+    curvatures, gradients : (shots, common, common) and (shots, common) float array
+        Of the costs of the shots, but for a factor of 2.
     converged : bool
     cost : float
 
@@ -106,8 +116,7 @@ class JointFit:
     values: Floats
     shots: tuple[Shot, ...]
     scales: Floats
-    horizon: float
-    matrices: Floats
+    curvatures: Floats
     gradients: Floats
     converged: bool
     cost: float
@@ -158,17 +167,22 @@ def reduce_equations(
         differences = np.reshape(moved, (len(steps), *here.places[0].shape)) - here.places
         common = differences.reshape(len(steps), errors.size) / steps[:, np.newaxis]
     common[~np.isfinite(common)] = 0.0
-    curvatures = compared.curvatures(errors)[0]
-    inner = (own * curvatures) @ own.T + compared.precision
-    between = (own * curvatures) @ common.T
-    follows = -np.linalg.solve(inner, between)
-    pull = (compared.weights(errors) * errors.reshape(1, -1))[0]
+    weights = compared.weights(errors)[0]
+    matrix, follows = _without_launch(own, common, weights, compared.precision)
+    curvature, _ = _without_launch(own, common, compared.curvatures(errors)[0], compared.precision)
+    pull = weights * errors.ravel()
     away = own @ pull + (launch[0] - compared.mean) @ compared.precision
-    return Reduced(
-        (common * curvatures) @ common.T + between.T @ follows,
-        common @ pull + follows.T @ away,
-        follows,
-    )
+    return Reduced(matrix, curvature, common @ pull + follows.T @ away, follows)
+
+
+def _without_launch(
+    own: Floats, common: Floats, weights: Floats, precision: Floats
+) -> tuple[Floats, Floats]:
+    """Return the normal matrix of common numbers, and the change of the launch with them."""
+    between = (own * weights) @ common.T
+    inner = (own * weights) @ own.T + precision
+    follows: Floats = np.negative(np.linalg.solve(inner, between))
+    return (common * weights) @ common.T + between.T @ follows, follows
 
 
 class Problem(NamedTuple):
@@ -238,7 +252,7 @@ def fit(
 
     """
     found, cost = _followed(problem, values, shots, scales)
-    damping, converged = FIRST_DAMPING, False
+    damping = FIRST_DAMPING
     for step in range(MOST_STEPS + 1):
         shots = [
             replace(shot, launch=each.launch) for shot, each in zip(shots, found, strict=True)
@@ -246,28 +260,26 @@ def fit(
         report(float(np.median(_errors(found)[1])))
         reduced = _reduced(problem, values, shots, scales)
         move = _move(problem, values, reduced, LEAST_DAMPING)
-        short = bool((np.abs(move) <= CLOSE * _deviations(problem, reduced)).all())
-        converged = short or _gain(problem, reduced, move) < FLAT
-        if converged or step == MOST_STEPS:
+        parts = np.abs(move) / np.maximum(_deviations(problem, reduced), TINY)
+        if step == MOST_STEPS or (parts < CLOSE).all() or _gain(problem, reduced, move) < FLAT:
             break
         lower = np.inf
         while not lower < cost and damping < MOST_DAMPING:
-            move = _move(problem, values, reduced, damping)
+            tried_move = _move(problem, values, reduced, damping)
             moved = [
-                replace(shot, launch=shot.launch + each.follow @ move)
+                replace(shot, launch=shot.launch + each.follow @ tried_move)
                 for shot, each in zip(shots, reduced, strict=True)
             ]
-            tried, lower = _followed(problem, values + move, moved, scales)
+            tried, lower = _followed(problem, values + tried_move, moved, scales)
             damping *= LOWERED if lower < cost else RAISED
         if not lower < cost:
             break
-        values, found, cost = values + move, tried, lower
+        values, found, cost = values + tried_move, tried, lower
         damping = max(damping, LEAST_DAMPING)
-    matrices = np.stack([each.matrix for each in reduced])
+    converged = bool((parts < NEAR).all()) or _gain(problem, reduced, move) < FLAT
+    curvatures = np.stack([each.curvature for each in reduced])
     gradients = np.stack([each.gradient for each in reduced])
-    return JointFit(
-        values, tuple(shots), scales, problem.horizon, matrices, gradients, converged, cost
-    )
+    return JointFit(values, tuple(shots), scales, curvatures, gradients, converged, cost)
 
 
 def _followed(
@@ -327,7 +339,7 @@ def _deviations(problem: Problem, reduced: Sequence[Reduced]) -> Floats:
     This is the sandwich of Huber (Proc. 5th Berkeley Symp. (1967), vol. 1): the errors of the
     samples of a shot are those of its model, and far from independent.
     """
-    inverse = np.linalg.inv(sum((each.matrix for each in reduced), start=problem.precision))
+    inverse = np.linalg.inv(sum((each.curvature for each in reduced), start=problem.precision))
     gradients = np.stack([each.gradient for each in reduced])
     covariance = inverse @ gradients.T @ gradients @ inverse
     deviations: Floats = np.sqrt(np.diag(covariance))

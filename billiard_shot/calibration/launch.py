@@ -7,6 +7,7 @@ curves (masse); and for each ball the distance (x, y) [m] from where it was seen
 ball may lie farther off along its way: this stands for an error of the time of the strike.
 """
 
+from dataclasses import replace
 import math
 
 import numpy as np
@@ -14,9 +15,14 @@ import numpy as np
 from billiard_shot.calibration.recording import Floats, Frame
 from billiard_shot.calibration.watched import Watched
 from billiard_shot.scene import Scene
+from billiard_shot.scene.placement import CUE_BALL
+from billiard_shot.shot.predict import predict
+from billiard_shot.shot.stroke import Stroke
 from billiard_shot.status import Status
-from billiard_shot.table.simulate import simulate_batch
+from billiard_shot.table.initial_states import VECTORS
+from billiard_shot.table.simulate import simulate, simulate_batch
 from billiard_shot.table.table_states import TableStates
+from billiard_shot.table.trajectory import BallState, EventKind
 
 SPEED, DIRECTION, FOLLOW, SIDE, MASSE = range(5)
 PLACES = 5  # number of the first place
@@ -42,6 +48,8 @@ PUSHES = 4
 """How often balls that overlap are moved apart: three that touch need two."""
 
 MAX_EVENTS = 2000
+
+CONTACTS = EventKind.BALL, EventKind.CUSHION, EventKind.CLUSTER
 
 SOLVED = Status.OK, Status.OFF_TABLE
 
@@ -74,6 +82,22 @@ def steps_of(watched: Watched) -> Floats:
     steps = np.full(size_of(watched), 2e-6)
     steps[:PLACES] = 1e-5 * speed, 1e-5, 1e-4 * speed, 1e-4 * speed, 1e-4 * speed
     return steps
+
+
+def launch_of(scene: Scene, frame: Frame, watched: Watched, stroke: Stroke) -> Floats:
+    """Return the numbers of the launch that a scene predicts for a stroke."""
+    x, y = frame.to_table(watched.rest[0]).tolist()
+    shot = predict(replace(scene, balls={CUE_BALL: (x, y)}), stroke)
+    launch, _ = prior_of(watched)
+    if shot.status.refused:
+        return launch
+    radius = frame.scale * scene.ball.radius
+    (u, v, _), (a, b, c) = shot.velocity.tolist(), (radius * shot.spin).tolist()
+    direction = math.atan2(v, u)
+    cosine, sine = math.cos(direction), math.sin(direction)
+    launch[SPEED], launch[DIRECTION] = frame.scale * math.hypot(u, v), direction + frame.angle
+    launch[FOLLOW], launch[SIDE], launch[MASSE] = b * cosine - a * sine, c, a * cosine + b * sine
+    return launch
 
 
 def states_of(scene: Scene, frame: Frame, watched: Watched, launches: Floats) -> TableStates:
@@ -122,6 +146,17 @@ def ways_of(scene: Scene, frame: Frame, watched: Watched, launches: Floats) -> F
     places = frame.to_recording(batch.position_at[:, watched.ball, watched.at, :2])
     places[~np.isin(batch.status, SOLVED)] = np.inf
     return places
+
+
+def contacts_of(scene: Scene, frame: Frame, watched: Watched, launch: Floats) -> Floats:
+    """Return the times [s] at which balls meet balls and cushions after a launch (numbers,)."""
+    states = states_of(scene, frame, watched, launch[np.newaxis])
+    balls = {
+        name: BallState(*(getattr(states, field)[0, i] for field in VECTORS))
+        for i, name in enumerate(watched.balls)
+    }
+    run = simulate(scene, balls, until=watched.duration)
+    return np.array([event.time for event in run.events if event.kind in CONTACTS])
 
 
 def _apart(scene: Scene, places: Floats) -> Floats:

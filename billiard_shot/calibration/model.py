@@ -12,12 +12,14 @@ from billiard_shot.scene.parameters import Parameter
 USUAL_NAMES = (
     'cloth.sliding_friction',
     'cloth.rolling_resistance',
+    'cloth.rolling_rise',
     'cloth.spin_deceleration',
     'contacts.ball_ball.restitution',
     'contacts.ball_ball.friction_fast',
     'contacts.ball_ball.friction_slow',
     'table.cushion.restitution',
     'table.cushion.friction',
+    'table.cushion.early_fading',
     'table.cushion.fading',
     'table.length',
     'table.width',
@@ -28,8 +30,10 @@ UNPUBLISHED = 0.5
 """Width of the range in which a number without published range is sought, relative to it."""
 
 WIDTHS = {
+    'cloth.rolling_rise': 3e-3,
     'contacts.ball_ball.friction_fast': 0.06,
     'contacts.ball_ball.friction_slow': 0.1,
+    'table.cushion.early_fading': 0.1,
     'table.cushion.fading': 0.2,
     'table.length': 0.03,
     'table.width': 0.03,
@@ -57,8 +61,8 @@ class Sought:
         Bounds of allowed values.
     width : float
         Of the range of values that are likely before the calibration, around `start`.
-    source : str
-        Of that range, if it is published.
+    published : (float, float), optional
+        Range of published values.
     recording : int
         Number of the recording whose frame has it; -1: it is one of the scene.
 
@@ -70,7 +74,7 @@ class Sought:
     low: float
     high: float
     width: float
-    source: str = ''
+    published: tuple[float, float] | None = None
     recording: int = -1
 
 
@@ -135,7 +139,7 @@ def _of_scene(parameter: Parameter) -> Sought:
         parameter.low,
         parameter.high,
         width,
-        parameter.source,
+        parameter.published,
     )
 
 

@@ -91,3 +91,9 @@ class Calibration:
         ]
         text = scene_text(self.scene, self.estimates, heading)
         Path(path).write_text(text, encoding='utf-8')
+
+    def report(self, path: str | Path) -> None:
+        """Write a page for a browser: how well the scene predicts, and what is known."""
+        from billiard_shot.pictures.calibration import write_report
+
+        write_report(self, Path(path))

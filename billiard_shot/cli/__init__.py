@@ -1,11 +1,11 @@
 """
 `billiard-shot COMMAND ...`: the library for people without ROS.
 
-Each command is a module of this package, or of `cli.study`, with two members: `add_arguments`,
-which adds its options to a parser; and `run`, which executes it and returns the exit code. A
-module is imported only if its command is requested, so that it does not slow down the others. In
-all commands the scene comes first, `--output` names the file, and numbers are also printed as JSON
-or CSV.
+Each command is a module of this package, or of `cli.study` or `cli.calibrate`, with two members:
+`add_arguments`, which adds its options to a parser; and `run`, which executes it and returns the
+exit code. A module is imported only if its command is requested, so that it does not slow down the
+others. In all commands the scene comes first, `--output` names the file, and numbers are also
+printed as JSON or CSV.
 """
 
 import argparse
@@ -32,6 +32,7 @@ COMMANDS = {  # and what each does
     'atlas': 'map the success probability of pots over the table',
     'scene': 'list the bundled scenes, show a scene with its defaults, or check files',
     'compile': 'compile the library to machine code, once for each version',
+    'calibrate': 'fit a scene to recorded shots of a table',
     'study': 'measure the method: its accuracy and cost, and what it reproduces',
     'export': 'write a scene for pages (JavaScript) or C, with the compiled core',
     'urdf': 'print the mechanical cue as a robot model (URDF)',
@@ -47,9 +48,22 @@ STUDIES = {
     'hard-cases': 'solve collisions at the limits of the input ranges, and check each result',
     'figures': 'draw the figures of the documentation',
 }
+CALIBRATIONS = {
+    'table': 'fit cloth, cushions and balls of a scene to recorded shots; say how surely',
+    'convert': 'write a recording as CSV',
+}
+GROUPS = {'study': ('STUDY', STUDIES), 'calibrate': ('WHAT', CALIBRATIONS)}
 PICTURES = ('picture', 'history', 'close_up')  # options that name a file to draw
-FILES = (*PICTURES, 'output', 'view', 'video', 'state')  # options that name a file to write
+FILES = (
+    *PICTURES,
+    'output',
+    'view',
+    'video',
+    'state',
+    'report',
+)  # options that name a file to write
 DRAWN = ('.png', '.svg', '.pdf', '.jpg')  # files that pictures are written to
+PAGES = ('.html',)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -129,12 +143,13 @@ def make_parser(complete: Container[list[str]] | None = None) -> argparse.Argume
     commands = parser.add_subparsers(required=True, metavar='COMMAND')
     for name, text in COMMANDS.items():
         command = commands.add_parser(name, help=text, description=text)
-        if name == 'study':
-            studies = command.add_subparsers(required=True, metavar='STUDY')
-            for study, about in STUDIES.items():
+        if name in GROUPS:
+            metavar, group = GROUPS[name]
+            members = command.add_subparsers(required=True, metavar=metavar)
+            for member, about in group.items():
                 _complete(
-                    studies.add_parser(study, help=about, description=about),
-                    [name, study],
+                    members.add_parser(member, help=about, description=about),
+                    [name, member],
                     complete,
                 )
         else:
@@ -180,6 +195,6 @@ def _check_files(options: argparse.Namespace) -> None:
             raise ValueError(f'{option} must be a file, not a folder, got {path}')
         if path and not path.absolute().parent.is_dir():
             raise ValueError(f'{option} must be in a folder that exists, got {path}')
-        kinds = DRAWN if name in PICTURES else ('.html',) if name == 'view' else ()
+        kinds = DRAWN if name in PICTURES else PAGES if name in ('view', 'report') else ()
         if path and kinds and path.suffix not in kinds:
             raise ValueError(f'{option} must be a file {" or ".join(kinds)}, got {path}')

@@ -26,23 +26,23 @@ def progress(items: Iterable[T], label: str, total: int | None = None) -> Iterat
 
 
 @contextmanager
-def reporting(label: str, total: int) -> Iterator[Callable[[int], None]]:
+def reporting(label: str, total: int) -> Iterator[Callable[..., None]]:
     """
     Show a bar while the block runs, for work that reports through a callback.
 
     Yields
     ------
     callable
-        Function of the number of items done so far. It may be called at any rate, and draws at
-        most ten times a second.
+        Function of the number of items done so far and, if they change, label and total. It may
+        be called at any rate, and draws at most ten times a second.
 
     """
     if not sys.stderr.isatty():
-        yield lambda done: None
+        yield lambda done, label='', total=0: None
         return
     begin = last = monotonic()
 
-    def report(done: int) -> None:
+    def report(done: int, label: str = label, total: int = total) -> None:
         nonlocal last
         now = monotonic()
         if now - last >= INTERVAL:

@@ -160,7 +160,8 @@ class ContactParameters:
         Time from touch to parting at 2 m/s [s], above 0 and at most 20 ms: of a central hit by the
         cue of the scene, or of a ball that falls onto the cloth. The restitution e is part of it:
         with a linear spring of stiffness k it is (1 + e) / 2 pi sqrt(m / k), for the mass m of the
-        ball on the cloth, and for 1 / (1 / m + 1 / M) if a cue of mass M hits it.
+        ball on the cloth, and for 1 / (1 / m + 1 / M) if a cue of mass M hits it. That is its time
+        under law `bistiffness`; the other laws take the same spring, which then lasts otherwise.
     exponent : float, optional
         Exponent of the spring, 1 to 10. By default that of the `Scene`, which fills it in. Another
         one needs a duration.

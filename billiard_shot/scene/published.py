@@ -9,6 +9,7 @@ from typing import NamedTuple
 PROPERTIES = 'Alciatore: physical properties of pool balls, cues and tables'
 EQUIPMENT = 'WPA: Tables & Equipment Specifications'
 CUSHION_SOURCE = f'{PROPERTIES}; snooker: Mathavan, Jackson and Parkin, Proc. IMechE C 224 (2010)'
+RECORDED = 'carom: recordings of tailuge/billiards; pool and snooker: no rise is reported'
 INCH, OUNCE = 0.0254, 0.028349523  # m, kg
 
 
@@ -32,6 +33,7 @@ PUBLISHED = {
     'contacts.ball_ball.restitution': Published(0.92, 0.98, PROPERTIES),
     'cloth.sliding_friction': Published(0.15, 0.4, PROPERTIES),
     'cloth.rolling_resistance': Published(0.005, 0.015, PROPERTIES),
+    'cloth.rolling_rise': Published(0.0, 0.0017, RECORDED),
     'cloth.spin_deceleration': Published(5.0, 15.0, PROPERTIES),
     'table.cushion.restitution': Published(0.6, 0.98, CUSHION_SOURCE),
     'table.cushion.friction': Published(

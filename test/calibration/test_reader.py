@@ -149,7 +149,7 @@ TRACKS = st.lists(
 
 
 @given(st.dictionaries(NAMES, st.dictionaries(NAMES, TRACKS, min_size=1), min_size=1))
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=25, deadline=None)
 def test_what_is_written_is_read_again(tmp_path_factory, shots):
     def track(rows):
         columns = np.array(sorted(rows))
@@ -172,7 +172,7 @@ def test_what_is_written_is_read_again(tmp_path_factory, shots):
 
 
 @given(st.text('0123456789.,-+e"naif\n ', max_size=200))
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=50, deadline=None)
 def test_any_text_is_read_or_refused(tmp_path_factory, text):
     path = tmp_path_factory.mktemp('any') / 'any.csv'
     path.write_text(HEADER + text)

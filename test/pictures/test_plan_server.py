@@ -367,6 +367,11 @@ def test_a_search_is_cancelled_in_the_page_and_a_failure_is_told(browser, live, 
     press_search(browser)
     browser.wait_for(f"{SAID} === 'Cancelled.'")
     assert ended.wait(PATIENCE)
+    with monkeypatch.context() as broken:  # such as for a lack of memory
+        broken.setattr(plan_server, 'as_json', lambda result: 1 / 0)
+        broken.setattr(plan_server, 'plan', partial(plan, budget=100))
+        press_search(browser)
+        browser.wait_for(f"{SAID} === 'The search has ended without a result.'")
     monkeypatch.setattr(plan_server, 'plan', plan)
     choose(browser, 'goal', 'hit')
     press_search(browser)

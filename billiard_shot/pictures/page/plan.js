@@ -26,12 +26,12 @@ async function plan() {
   element('search').textContent = 'Cancel';
   element('plans').replaceChildren();
   try {
-    let said = 'The search has ended without a result.';
+    let end = 'The search has ended without a result.';
     for await (const { progress, refused, result } of answers(request, search.signal)) {
-      if (progress) said = showProgress(progress, start);
-      else said = refused ?? showPlans(result, start);
-      element('planned').textContent = said;
+      if (progress) element('planned').textContent = showProgress(progress, start);
+      else end = refused ?? showPlans(result, start);
     }
+    element('planned').textContent = end;
   } catch (error) {
     element('planned').textContent = search.signal.aborted ? 'Cancelled.' : `There is no answer: ${error.message}`;
   }

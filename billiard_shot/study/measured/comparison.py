@@ -359,25 +359,26 @@ def _throw(scene: Scene) -> Group:
 
 def _rolling(snooker: Scene, carom: Scene) -> Group:
     low, high = published.SNOOKER_ROLLING
-    least, middle, most = published.CAROM_ROLLING
+    measured = [
+        ('snooker cloth', snooker, ROLLING_SPEED, 0.5 * (low + high), 0.5 * (high - low)),
+        *((f'carom, {row[0]} m/s', carom, *row) for row in published.CAROM_ROLLING),
+    ]
     return Group(
-        'Deceleration of a rolling ball over gravity, from a roll-out. The scenes snooker and '
-        'carom take it from these sources.',
+        'Deceleration of a rolling ball over gravity. The scenes snooker and carom take it from '
+        'these sources.',
         ('imaging', 'carom'),
         tuple(
-            Comparison('', name, '', value, resistance_of(scene), uncertainty, digits=4)
-            for name, scene, value, uncertainty in (
-                ('snooker cloth', snooker, 0.5 * (low + high), 0.5 * (high - low)),
-                ('carom cloth', carom, middle, 0.5 * (most - least)),
-            )
+            Comparison('', name, '', value, resistance_at(scene, speed), error, digits=4)
+            for name, scene, speed, value, error in measured
         ),
     )
 
 
-def resistance_of(scene: Scene) -> float:
-    """Return the deceleration of a rolling ball over gravity, from the length of a roll-out."""
-    distance = shots.roll_out(scene, ROLLING_SPEED)
-    return ROLLING_SPEED**2 / (2.0 * scene.cloth.gravity * distance)
+def resistance_at(scene: Scene, speed: float) -> float:
+    """Return the deceleration of a rolling ball over gravity at a speed [m/s]."""
+    faster, slower = 1.05 * speed, 0.95 * speed
+    way = shots.roll_out(scene, faster) - shots.roll_out(scene, slower)
+    return (faster**2 - slower**2) / (2.0 * scene.cloth.gravity * way)
 
 
 def ramp_scene(scene: Scene, coefficient: float) -> Scene:

@@ -126,7 +126,8 @@ THROW_FORMULA_MAXIMUM = 5.30, 33.0  # the same, after the formula of TP A.14, fo
 THROW_AT_10_DEGREES = 1.5  # degrees, at any speed (measured)
 
 SNOOKER_ROLLING = 0.0127, 0.0129  # deceleration over gravity
-CAROM_ROLLING = 0.0040, 0.0043, 0.0046  # deceleration over gravity
+# Speed [m/s], deceleration over gravity there, and its standard error.
+CAROM_ROLLING = ((0.26, 0.0043, 0.0001), (0.47, 0.0047, 0.0001), (0.68, 0.0049, 0.0001))
 
 # Height of release and length of the roll-out [m]. The coefficient is published as force over
 # weight, m g h = mu m g d. A rolling ball loses 5/7 of that as deceleration over gravity, because

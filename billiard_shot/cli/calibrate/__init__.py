@@ -1,0 +1,1 @@
+"""Commands that fit scenes to recordings, a module a command."""

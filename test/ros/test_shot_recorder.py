@@ -1,0 +1,39 @@
+"""The recorder as a real process, beside a simulated table."""
+
+import pytest
+
+pytest.importorskip('billiard_shot_msgs', reason='needs ROS 2')
+
+from billiard_shot_msgs.msg import Strike
+from geometry_msgs.msg import Point, Pose, Quaternion
+from std_msgs.msg import Header
+from waiting import spin_until
+
+from billiard_shot.calibration.reader import read_recording
+
+SPACE = '/recorded'
+
+
+def test_a_strike_becomes_a_shot_of_a_recording(launch_once, node, tmp_path):
+    path = tmp_path / 'shots.csv'
+    own = '-p', 'scene:=robot_table', '-r', f'__ns:={SPACE}'
+    launch_once('shot_recorder', '-p', f'file:={path}', *own)
+    launch_once('table_sim', '-p', 'real_time_factor:=5.0', *own)
+    strikes = node.create_publisher(Strike, f'{SPACE}/cue_driver/strike', 10)
+    assert spin_until(node, lambda: strikes.get_subscription_count() == 2)
+    strikes.publish(
+        Strike(
+            header=Header(frame_id='table', stamp=node.get_clock().now().to_msg()),
+            shot_id='first',
+            cue_pose=Pose(position=Point(x=-0.3, y=0.1, z=0.0286), orientation=Quaternion(w=1.0)),
+            speed=0.5,
+        )
+    )
+    assert spin_until(node, path.exists)
+    assert spin_until(node, path.with_suffix('.yaml').exists)
+    recording = read_recording(path)
+    (shot,) = recording.shots
+    assert (shot.name, shot.struck, recording.scene) == ('first', 'cue', 'robot_table')
+    assert shot.stroke.offsets[4] == pytest.approx(0.5)
+    way = shot.tracks['cue'].place[-1] - shot.tracks['cue'].place[0]
+    assert way[0] > 0.05
