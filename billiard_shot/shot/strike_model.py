@@ -16,7 +16,7 @@ from billiard_shot.table.scene_params import ball_cloth_params
 REACH = 0.03  # m: farther than a ball goes while the tip of a cue at 10 m/s touches it
 NORMALS = 16  # that a contact has while the tip touches the ball
 # The bending shaft as a lighter end with a dashpot: its mass relative to the effective mass of the
-# cue's end, and the rate [1/s] at which it loses its motion, per that mass: 4 kg/s for 4.2 g, about
+# cue's end, and the rate [1/s] at which it loses its motion, per that mass: 4 kg/s for 4.2 g, near
 # that of the waves on a maple shaft 13 mm thick. The mass is fitted in scene `pool`, where the tip
 # has the restitution 0.75: squirt at 0.1, 0.3 and 0.5 radii is 0.43, 1.21 and 1.99 degrees; that
 # of a free end is 0.40, 1.20 and 2.03.
