@@ -1,9 +1,8 @@
 """
 The shaft of a cue: a spring and a dashpot that hold the light end of the cue to its axis.
 
-A mass with a spring and a dashpot stands for the bending shaft, whose waves carry the motion of
-its end away: within 0.6 percent of the cue's speed, level strikes agree with those of a chain of
-masses on a beam.
+A mass with a spring and a dashpot stands for the bending shaft. The dashpot takes the motion that
+waves along a real shaft carry away from its end.
 
 In a collision the shaft is a contact of the tip that has no normal force. Along its tangents,
 which are normal to the axis, it pulls the tip back with spring * shift + damping * velocity.

@@ -16,10 +16,10 @@ from billiard_shot.table.scene_params import ball_cloth_params
 REACH = 0.03  # m: farther than a ball goes while the tip of a cue at 10 m/s touches it
 NORMALS = 16  # that a contact has while the tip touches the ball
 # The bending shaft as a lighter end with a dashpot: its mass relative to the effective mass of the
-# cue's end, and the rate [1/s] at which it loses its motion, per that mass. 4 kg/s for an end of
-# 4.2 g agree with a maple shaft, a chain of masses on a beam. The mass is fitted in scene `pool`,
-# where the tip has the restitution 0.75: squirt at 0.1, 0.3 and 0.5 radii is 0.43, 1.21 and 1.92
-# degrees; that of a free end is 0.40, 1.20 and 2.03.
+# cue's end, and the rate [1/s] at which it loses its motion, per that mass: 4 kg/s for 4.2 g, near
+# that of the waves on a maple shaft 13 mm thick. The mass is fitted in scene `pool`, where the tip
+# has the restitution 0.75: squirt at 0.1, 0.3 and 0.5 radii is 0.43, 1.21 and 1.99 degrees; that
+# of a free end is 0.40, 1.20 and 2.03.
 SHAFT_MASS, SHAFT_DAMPING = 0.58, 950.0
 NORMALS_MOVE_FROM = radians(35.0)  # elevation [rad], see docs/limits.md
 # Of tip and ball at DURATION_SPEED [s], if the scene has only a ratio of stiffnesses: high-speed

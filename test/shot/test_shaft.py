@@ -64,7 +64,7 @@ def test_squirt_does_not_depend_on_the_speed():
 
 
 def test_a_tip_without_chalk_squirts_three_times_as_much():
-    """It slides off (Cross, Am. J. Phys. 76, 2008)."""
+    """Because it slides off the ball."""
     assert squirt(pool(friction=0.2), 0.3, 2.0) > 3.0 * squirt(POOL, 0.3, 2.0)
 
 
