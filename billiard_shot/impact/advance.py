@@ -7,6 +7,8 @@ from billiard_shot.impact.options import METHOD_OPTIONS
 from billiard_shot.impact.state import (
     ContactState,
     CREEP,
+    ELASTIC,
+    friction_is_explicit,
     INACTIVE,
     Model,
     resists,
@@ -63,7 +65,7 @@ def advance(m: Model, contacts: list[ContactState], scale: float, order: int, x:
                 c.impulse_2 += scale * integral(c.friction_2, order, x)
             if c.closings == 1 and (slips(c) or c.friction == 0.0):
                 c.slid += scale * slip_way(c, order, x)
-            if slips(c):
+            if friction_is_explicit(c):
                 c.friction_loss -= scale * friction_work(c, order, x)
     for j in range(len(contacts)):
         c = contacts[j]
@@ -73,6 +75,9 @@ def advance(m: Model, contacts: list[ContactState], scale: float, order: int, x:
         if c.friction > 0.0:
             c.slip_1[0] = evaluate(c.slip_1, order, x)
             c.slip_2[0] = evaluate(c.slip_2, order, x)
+        if c.friction_mode == ELASTIC:
+            c.shift_1[0] = evaluate(c.shift_1, order, x)
+            c.shift_2[0] = evaluate(c.shift_2, order, x)
         if c.friction_mode == SLIP_ONSET:
             c.friction_mode = SLIP if m.planar else CREEP
         y = evaluate(c.compression, order, x)

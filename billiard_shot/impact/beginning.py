@@ -23,12 +23,14 @@ from billiard_shot.impact.state import (
     BodyState,
     COMPRESSION,
     ContactState,
+    ELASTIC,
     FREE,
     FRICTIONLESS,
     GONE,
     ImpactProgress,
     INACTIVE,
     Model,
+    SHAFT,
     Workspace,
 )
 from billiard_shot.impact.turning import turn_normals
@@ -60,6 +62,7 @@ class ContactProperties:
     early_softening: float  # 1/J^(1/2)
     softening: float  # 1/J
     stiffness: float  # N/m^exponent; see `Contact`
+    exponent: float
     # Only if the bodies are given:
     body_a: int  # number of a ball or tip
     body_b: int  # number of a ball, plane or edge
@@ -67,6 +70,11 @@ class ContactProperties:
     tangent: Vector3  # whose part normal to the normal is the first tangent
     keeps_normal: bool  # while it is pressed
     max_closings: int  # how often it may close; 0: never
+    # If body a is a tip, and the contact is its shaft (shaft.py), which has a spring [N/m] and a
+    # dashpot [kg/s] and none of the other properties:
+    is_shaft: bool
+    spring: float
+    damping: float
 
 
 class Collisions(NamedTuple):
@@ -76,7 +84,7 @@ class Collisions(NamedTuple):
     Attributes
     ----------
     properties : n N ContactProperties
-    law, exponent : int, float
+    law : int
         See `Model`.
     bodies : n B BodyState
         The bodies of the contacts, B of each collision; or none, if W and the velocities are
@@ -85,6 +93,8 @@ class Collisions(NamedTuple):
         Whether the bodies move while they collide; needs `distances`.
     interval : float
         Time after which pressed contacts of bodies that move take their normals anew [s].
+    swing : float
+        See `Model`; [s].
     delassus : (n, 3 N, 3 N) floats
         Unused with bodies. W [1/kg]: contact velocities per impulse. Contact j has components
         3 j (normal), 3 j + 1 and 3 j + 2 (tangential). If all motion stays in one plane per
@@ -105,10 +115,10 @@ class Collisions(NamedTuple):
 
     properties: list[ContactProperties]
     law: int
-    exponent: float
     bodies: list[BodyState]
     moves: bool
     interval: float
+    swing: float
     delassus: Any
     velocity: Any
     distances: bool
@@ -125,7 +135,7 @@ def begin_collision(
 
     Returns the model and the units, which are zero if nothing approaches.
     """
-    law, exponent, distances = given.law, given.exponent, given.distances
+    law, distances = given.law, given.distances
     count, bodies = len(contacts), len(given.bodies) // len(given.tolerance)
     velocity = ws.vector[2]
     for j in range(count):
@@ -133,6 +143,7 @@ def begin_collision(
         c.body_a, c.body_b = properties.body_a, properties.body_b
         c.keeps_normal, c.max_closings = properties.keeps_normal, properties.max_closings
         c.hold = FREE if c.max_closings > 0 else GONE
+        c.normal_mode = SHAFT if properties.is_shaft else INACTIVE
         for k in range(3):
             c.tangent_1[k] = properties.tangent[k]
     if bodies > 0:
@@ -144,26 +155,34 @@ def begin_collision(
             velocity[row] = given.velocity[number][row]
             for column in range(3 * count):
                 ws.delassus[row][column] = given.delassus[number][row][column]
-    speed, mobility, firmness = 0.0, 0.0, 0.0
+    speed, mobility = 0.0, 0.0
     for j in range(count):
         speed = max(speed, -velocity[3 * j] if contacts[j].hold == FREE else 0.0)
         mobility = max(mobility, ws.delassus[3 * j][3 * j])
-        firmness = max(firmness, given.properties[number * count + j].stiffness)
     approaches = speed > 0.0 and mobility > 0.0
     tolerance = min(given.tolerance[number], METHOD_OPTIONS.max_tolerance)
     reset_progress(p)
     if not approaches:
         return Model(
-            law, exponent, tolerance, False, distances, bodies, moves=False, interval=inf
+            law, tolerance, False, distances, bodies, moves=False, interval=inf, swing=0.0
         ), Units(0.0, 0.0, 0.0)
     for row in range(3 * count):
         for column in range(3 * count):
             ws.delassus[row][column] /= mobility
-    units = units_of(speed, mobility, firmness, exponent)
+    fastest = given.properties[number * count]
+    time = time_of(fastest, speed, mobility)
+    for j in range(1, count):
+        other = given.properties[number * count + j]
+        if not other.is_shaft and time_of(other, speed, mobility) < time:
+            fastest, time = other, time_of(other, speed, mobility)
+    units = Units(speed, speed / mobility, time)
     length = units.speed * units.time
     for j in range(count):
         c, properties = contacts[j], given.properties[number * count + j]
-        start_contact(c, properties, velocity, units, firmness, distances, j=j)
+        start_contact(c, properties, velocity, units, fastest, distances, j=j)
+        if c.normal_mode == SHAFT:
+            start_shaft(c, properties, units)
+            continue
         gap = 0.0
         if bodies > 0:
             gap = properties.gap
@@ -175,9 +194,8 @@ def begin_collision(
             c.velocity[0] = 0.0
         start_length(c, -gap / length if distances else 0.0)
     planar, interval = is_planar(contacts, ws), given.interval / units.time
-    m = Model(
-        law, exponent, tolerance, planar, distances, bodies, moves=given.moves, interval=interval
-    )
+    swing = given.swing / units.time
+    m = Model(law, tolerance, planar, distances, bodies, given.moves, interval, swing=swing)
     if m.moves:
         change_responses(ws, bodies, mobility)
         change_units(contacts, ws, bodies, units.speed, length)
@@ -189,15 +207,14 @@ def begin_collision(
 
 
 @inner
-def units_of(speed: float, mobility: float, firmness: float, exponent: float) -> Units:
+def time_of(properties: ContactProperties, speed: float, mobility: float) -> float:
     """
-    Find the units of a collision.
+    Time scale of a contact [s]: F = k y^exponent, u' = W F and y' = u are free of units.
 
-    F = k y^exponent, u' = W F and y' = u are free of units if W k time^(1 + exponent) =
-    speed^(1 - exponent).
+    That is so if W k time^(1 + exponent) = speed^(1 - exponent).
     """
-    time = (speed ** (1.0 - exponent) / (mobility * firmness)) ** (1.0 / (1.0 + exponent))
-    return Units(speed, speed / mobility, time)
+    exponent, firmness = properties.exponent, mobility * properties.stiffness
+    return (speed ** (1.0 - exponent) / firmness) ** (1.0 / (1.0 + exponent))
 
 
 @inner
@@ -206,7 +223,7 @@ def start_contact(
     properties: ContactProperties,
     velocity: Vector,
     units: Units,
-    firmness: float,
+    fastest: ContactProperties,
     distances: bool,
     j: int,
 ) -> None:
@@ -214,7 +231,10 @@ def start_contact(
     speed = units.speed
     c.friction, c.fading = properties.friction, properties.fading
     c.decay = properties.decay * speed
-    c.restitution, c.stiffness = properties.restitution, properties.stiffness / firmness
+    c.restitution, c.exponent = properties.restitution, properties.exponent
+    c.stiffness = properties.stiffness / fastest.stiffness
+    if c.exponent != fastest.exponent:
+        c.stiffness *= (speed * units.time) ** (c.exponent - fastest.exponent)
     c.early_softening = properties.early_softening * sqrt(units.impulse * speed)
     c.softening = properties.softening * units.impulse * speed
     c.velocity[0] = velocity[3 * j] / speed
@@ -237,6 +257,20 @@ def start_contact(
 
 
 @inner
+def start_shaft(c: ContactState, properties: ContactProperties, units: Units) -> None:
+    """Set the shaft of a cue to its state at the start of the collision: straight."""
+    unit = units.impulse / units.speed  # kg
+    c.spring = properties.spring * units.time * units.time / unit
+    c.damping = properties.damping * units.time / unit
+    c.friction, c.friction_mode = inf, ELASTIC  # it holds whatever the force is
+    c.stiffness, c.exponent = 1.0, 1.0  # of a normal spring that is never compressed
+    c.compression[0], c.compression_rate, c.closings = 0.0, 0.0, 0
+    for values in (c.shift_1, c.shift_2, c.force):
+        for k in range(len(values)):
+            values[k] = 0.0
+
+
+@inner
 def start_length(c: ContactState, length: float) -> None:
     """Set minus the initial distance of a contact; close it if its bodies touch and approach."""
     c.compression[0] = length
@@ -254,6 +288,7 @@ def reset_progress(p: ImpactProgress) -> None:
     p.scale, p.speed = 1.0, 1.0
     p.modes_changed, p.phase_open = True, False
     p.status, p.phases, p.steps, p.time, p.next_turn = OK, 0, 0, 0.0, inf
+    p.first_end = inf
 
 
 @inner

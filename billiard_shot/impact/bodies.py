@@ -195,7 +195,9 @@ class Contact:
         Coulomb coefficient, 0 or above.
     stiffness : float
         Stiffness of the contact's virtual spring [N/m^exponent], above 0. Without gaps, velocities
-        and impulses depend only on the ratios of the stiffnesses.
+        and impulses depend only on the ratios of the stiffnesses, if all exponents are equal.
+    exponent : None or float
+        Exponent of its spring, at least 1; None if it is that of `collide`.
     gap : float
         Distance of the bodies [m], 0 or above; see `reactivation` of `collide`.
 
@@ -214,6 +216,7 @@ class Contact:
     friction: float = 0.0
     stiffness: float = 1.0
     gap: float = 0.0
+    exponent: float | None = None
 
     def __post_init__(self) -> None:
         """Check all fields; `check_indices` checks that the bodies exist."""
@@ -222,6 +225,8 @@ class Contact:
         checked_number('restitution', self.restitution, 0.0, 1.0)
         checked_number('friction', self.friction, 0.0)
         checked_number('stiffness', self.stiffness, 0.0, open_low=True)
+        if self.exponent is not None:
+            checked_number('exponent', self.exponent, 1.0)
         checked_number('gap', self.gap, 0.0)
         if self.a == self.b:
             raise ValueError(f'a and b must be different bodies, got {self.a} twice')

@@ -134,13 +134,13 @@ def read_log(log: NDArray[np.void], axes: Array | None = None) -> tuple[Phase, .
 
 
 def properties_of(contacts: Sequence[Contact], law: int, exponent: float) -> Properties:
-    """Collect what the solver takes of contacts, with a law and the springs' exponent."""
+    """Collect what the solver takes of contacts; the exponent is of those without their own."""
     return Properties(
         np.array([c.friction for c in contacts], float),
         np.array([c.restitution for c in contacts], float),
         np.array([c.stiffness for c in contacts], float),
         law,
-        exponent,
+        np.array([exponent if c.exponent is None else c.exponent for c in contacts], float),
     )
 
 
@@ -167,7 +167,7 @@ def collide(
         Law of restitution; see `laws.py`.
     exponent : float
         Exponent of the virtual springs, force = stiffness * compression ** exponent; at least 1. 1
-        is linear, 1.5 is Hertz's.
+        is linear, 1.5 is Hertz's. A contact may have its own.
     tolerance : float
         Error of the velocities relative to the largest approach speed, 1e-13 to 1e-2.
     reactivation : {'instant', 'distance'}

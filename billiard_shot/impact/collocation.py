@@ -16,7 +16,9 @@ from billiard_shot.compiled import inner
 from billiard_shot.impact.options import METHOD_OPTIONS
 from billiard_shot.impact.state import (
     ContactState,
+    ELASTIC,
     friction_at,
+    friction_is_explicit,
     IMPLICIT_STAGES,
     INACTIVE,
     is_active,
@@ -170,7 +172,7 @@ def solve_stages(
             c.angle[i], c.cosine[i], c.sine[i] = 0.0, 0.0, 0.0
     last_moved, last_turned, before = 0.0, 0.0, inf
     for iteration in range(METHOD_OPTIONS.max_iterations):
-        set_stage_forces(m, contacts, ws)
+        set_stage_forces(m, contacts, ws, scale)
         moved = set_stage_motion(m, contacts, ws, scale)
         turned = newton_on_slip_angles(contacts, ws, scale, stiff)
         change, last = max(moved, turned), max(last_moved, last_turned)
@@ -182,7 +184,7 @@ def solve_stages(
         contraction = max(turned / max(last_turned, turned, 1e-300), contraction)
         share = METHOD_OPTIONS.iteration_share * (1.0 / contraction - 1.0)
         if change <= max(share, METHOD_OPTIONS.min_iteration_share) * tolerance:
-            set_stage_forces(m, contacts, ws)
+            set_stage_forces(m, contacts, ws, scale)
             set_stage_motion(m, contacts, ws, scale)
             return slips_forward(contacts, ws, stiff)
         last_moved, last_turned, before = moved, turned, last
@@ -190,7 +192,7 @@ def solve_stages(
 
 
 @inner
-def set_stage_forces(m: Model, contacts: list[ContactState], ws: Workspace) -> None:
+def set_stage_forces(m: Model, contacts: list[ContactState], ws: Workspace, scale: float) -> None:
     """Find the forces at the stages: springs from y, friction from the direction of slip."""
     for j in range(len(contacts)):
         c = contacts[j]
@@ -200,9 +202,14 @@ def set_stage_forces(m: Model, contacts: list[ContactState], ws: Workspace) -> N
         for i in range(IMPLICIT_STAGES):
             # Continued to y < 0, beyond the event that ends the step, to avoid a kink.
             y = c.node_compression[i]
-            c.force[i] = c.stiffness * copysign(abs(y) ** m.exponent, y)
+            c.force[i] = c.stiffness * copysign(abs(y) ** c.exponent, y)
             c.friction_1[i], c.friction_2[i] = 0.0, 0.0
-            if slipping:
+            if c.friction_mode == ELASTIC:
+                shift_1 = c.shift_1[0] + scale * stage_dot(ws.integral[i], c.node_slip_1)
+                shift_2 = c.shift_2[0] + scale * stage_dot(ws.integral[i], c.node_slip_2)
+                c.friction_1[i] = -(c.spring * shift_1 + c.damping * c.node_slip_1[i])
+                c.friction_2[i] = -(c.spring * shift_2 + c.damping * c.node_slip_2[i])
+            elif slipping:
                 slip_1, slip_2 = c.node_slip_1[i], c.node_slip_2[i]
                 if stiff:
                     along, aside = cos(c.angle[i]), sin(c.angle[i])
@@ -268,7 +275,7 @@ def add_slopes(
         c = contacts[j]
         if is_active(c):
             add_times(scale * response[3 * j], c.force, slope)
-            if slips(c):
+            if friction_is_explicit(c):
                 add_times(scale * response[3 * j + 1], c.friction_1, slope)
                 add_times(scale * response[3 * j + 2], c.friction_2, slope)
 

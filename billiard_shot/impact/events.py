@@ -17,6 +17,7 @@ from billiard_shot.impact.state import (
     is_stiff,
     Model,
     RESTITUTION,
+    SHAFT,
     SLIP,
     SLIP_ONSET,
     slip_speed,
@@ -79,7 +80,7 @@ def first_event(
     order, noise, work = step.order, step.noise, ws.polynomials
     for j in range(len(contacts)):
         c = contacts[j]
-        if c.hold == GONE:
+        if c.hold == GONE or c.normal_mode == SHAFT:
             continue
         if m.distances and c.normal_mode == INACTIVE:
             x = closing_root(c, step, speed, end, work)
@@ -111,7 +112,7 @@ def first_event(
                 x = impulse_root(c, ws, step, end)
                 if x != NO_ROOT:
                     end, kind, contact = x, RESTITUTION_END, j
-        elif force_is_negligible(m, c) or c.friction_mode == DEFERRED:
+        elif force_is_negligible(c) or c.friction_mode == DEFERRED:
             x = first_root(
                 c.compression, order, -1.0, -c.negligible_compression, NOT_ZERO, end, work=work
             )

@@ -13,11 +13,12 @@ from billiard_shot.impact.state import (
     ContactState,
     CREEP,
     DEFERRED,
+    ELASTIC,
+    elastic_friction,
     friction_at,
     FRICTIONLESS,
     INACTIVE,
     is_active,
-    Model,
     REDUNDANT_STICK,
     resists,
     SLIP,
@@ -309,9 +310,7 @@ def sticking_is_feasible(
 
 
 @inner
-def assign_friction_modes(
-    m: Model, contacts: list[ContactState], ws: Workspace, least: float
-) -> None:
+def assign_friction_modes(contacts: list[ContactState], ws: Workspace, least: float) -> None:
     """
     Give every active contact its friction mode, and eliminate the friction of those that stick.
 
@@ -331,8 +330,11 @@ def assign_friction_modes(
         if c.normal_mode == INACTIVE:
             c.friction_mode = FRICTIONLESS
             continue
+        if c.friction_mode == ELASTIC:
+            force[n + 1], force[n + 2] = elastic_friction(c, 0)
+            continue
         pressed = c.compression[0] if loaded else max(-c.velocity[0], 0.0)
-        force[n] = c.stiffness * pressed**m.exponent
+        force[n] = c.stiffness * pressed**c.exponent
         if c.friction == 0.0 or c.friction_mode == DEFERRED:
             continue
         slip = slip_speed(c)

@@ -77,8 +77,8 @@ def add_tail(m: Model, contacts: list[ContactState], ws: Workspace, p: ImpactPro
         last = ws.history[row % HISTORY]
         before = ws.history[(row - sections) % HISTORY]
         first = ws.history[(row - 2 * sections) % HISTORY]
-        size = amplitude(m, contacts, ws, before, first)
-        ratio = amplitude(m, contacts, ws, last, before) / size if size > 0.0 else 1.0
+        size = amplitude(contacts, ws, before, first)
+        ratio = amplitude(contacts, ws, last, before) / size if size > 0.0 else 1.0
         if ratio < METHOD_OPTIONS.max_tail_ratio and is_geometric(
             m, contacts, ws, last, before, first, ratio=ratio
         ):
@@ -97,15 +97,14 @@ def same_events(ws: Workspace, row: int, sections: int) -> bool:
 
 
 @inner
-def amplitude(
-    m: Model, contacts: list[ContactState], ws: Workspace, now: Floats, before: Floats
-) -> float:
+def amplitude(contacts: list[ContactState], ws: Workspace, now: Floats, before: Floats) -> float:
     """Amplitude of the motion after a cycle, as a velocity, at the contacts that it pressed."""
     square = 0.0
     for j in range(len(contacts)):
         n = SECTION * j
         if now[n + IMPULSE] > before[n + IMPULSE]:
-            energy = elastic_energy(contacts[j].stiffness, now[n + SPRING_COMPRESSION], m.exponent)
+            c = contacts[j]
+            energy = elastic_energy(c.stiffness, now[n + SPRING_COMPRESSION], c.exponent)
             square += now[n + NORMAL_VELOCITY] * now[n + NORMAL_VELOCITY]
             square += 2.0 * energy * ws.delassus[3 * j][3 * j]
     return sqrt(square)
@@ -124,11 +123,11 @@ def is_geometric(
 ) -> bool:  # fmt: skip
     """Whether the last two cycles differ by the ratio only, and so do the states after them."""
     allowed = METHOD_OPTIONS.tail_share * m.tolerance * (1.0 - ratio) * (1.0 - ratio)
-    shrinking = ratio ** (2.0 / (m.exponent + 1.0))  # of compressions: energies go as ratio^2
     for j in range(len(contacts)):
         c, n = contacts[j], SECTION * j
         response = ws.delassus[3 * j][3 * j]
         if now[n + IMPULSE] > before[n + IMPULSE]:
+            shrinking = ratio ** (2.0 / (c.exponent + 1.0))  # energies go as ratio^2
             off = abs(now[n + SPRING_COMPRESSION] - shrinking * before[n + SPRING_COMPRESSION])
             if not off * sqrt(c.stiffness * response) <= allowed:
                 return False

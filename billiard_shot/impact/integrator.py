@@ -42,21 +42,25 @@ from billiard_shot.impact.moving_bodies import (
     part,
 )
 from billiard_shot.impact.options import METHOD_OPTIONS, negligible_speed
+from billiard_shot.impact.shaft import logged_contacts, may_strike_again
 from billiard_shot.impact.state import (
     ContactState,
     CREEP,
     DEFERRED,
     FREE,
+    friction_is_explicit,
     ImpactProgress,
     IMPLICIT_STAGES,
     INACTIVE,
     is_active,
+    is_pressed,
     is_stiff,
     MAX_COEFFICIENTS,
     Model,
     PhaseLog,
     REDUNDANT_STICK,
     RESTITUTION,
+    SHAFT,
     SLIP,
     slip_speed,
     slips,
@@ -86,7 +90,7 @@ def integrate(
             update_speed(m, contacts, ws, p)
         if p.modes_changed:
             p.modes_changed = False
-            assign_friction_modes(m, contacts, ws, zero_slip(m, p))
+            assign_friction_modes(contacts, ws, zero_slip(m, p))
             if has_died_down(m, contacts, ws):
                 return end(m, contacts, ws, p, log, INFINITE_SEQUENCE)
         step = propose_step(m, contacts, ws, p)
@@ -102,8 +106,12 @@ def integrate(
             p.next_turn = p.time + m.interval  # the next contact that closes begins an interval
         if event.kind != NO_EVENT:
             apply_event(m, contacts, ws, p, log, event)
+        if p.time >= (p.first_end + m.swing) * (1.0 - METHOD_OPTIONS.time_rounding):
+            return end(m, contacts, ws, p, log, p.status)
         if is_over(contacts):
-            return True
+            if m.swing == 0.0 or not may_strike_again(contacts, ws):
+                return True
+            p.first_end = min(p.first_end, p.time)
         if p.time >= p.next_turn * (1.0 - METHOD_OPTIONS.time_rounding):
             turn_normals(m, contacts, ws)
             p.next_turn, p.modes_changed = p.time + m.interval, True
@@ -158,22 +166,24 @@ def update_speed(m: Model, contacts: list[ContactState], ws: Workspace, p: Impac
     largest = 0.0
     for j in range(len(contacts)):
         c = contacts[j]
-        if c.normal_mode == INACTIVE:
+        if c.normal_mode == SHAFT:
+            largest = max(largest, slip_speed(c))
+        elif c.normal_mode == INACTIVE:
             largest = max(largest, -c.velocity[0] if c.hold == FREE else 0.0)
         else:
-            largest = max(largest, active_speed(m, c, ws.delassus[3 * j][3 * j]))
+            largest = max(largest, active_speed(c, ws.delassus[3 * j][3 * j]))
     p.speed = largest if p.modes_changed else max(p.speed, largest)
     if p.modes_changed:
         for j in range(len(contacts)):
             c = contacts[j]
             least = METHOD_OPTIONS.negligible_force * m.tolerance * min(largest, 1.0)
-            c.negligible_compression = (least / c.stiffness) ** (1.0 / m.exponent)
+            c.negligible_compression = (least / c.stiffness) ** (1.0 / c.exponent)
 
 
 @inner
-def active_speed(m: Model, c: ContactState, response: float) -> float:
+def active_speed(c: ContactState, response: float) -> float:
     """Velocity that an active contact has, or that its spring could still give."""
-    energy = elastic_energy(c.stiffness, c.compression[0], m.exponent)
+    energy = elastic_energy(c.stiffness, c.compression[0], c.exponent)
     return max(abs(c.velocity[0]), sqrt(2.0 * energy * response))
 
 
@@ -187,8 +197,8 @@ def has_died_down(m: Model, contacts: list[ContactState], ws: Workspace) -> bool
     speed = -1.0
     for j in range(len(contacts)):
         c = contacts[j]
-        if c.normal_mode != INACTIVE:
-            speed = max(speed, active_speed(m, c, ws.delassus[3 * j][3 * j]))
+        if is_pressed(c):
+            speed = max(speed, active_speed(c, ws.delassus[3 * j][3 * j]))
         elif closes(c):
             speed = max(speed, -c.velocity[0])
     return 0.0 <= speed < negligible_speed(m.tolerance)
@@ -223,6 +233,8 @@ def propose_step(m: Model, contacts: list[ContactState], ws: Workspace, p: Impac
     if scale > 0.0:
         if m.interval < inf and some_turn(contacts):
             length = min(length, max(p.next_turn - p.time, 0.0) / scale)
+        if p.first_end < inf:
+            length = min(length, max(p.first_end + m.swing - p.time, 0.0) / scale)
         if redundant:
             length = min(length, METHOD_OPTIONS.max_redundant_step / scale)
         if m.moves:
@@ -279,7 +291,7 @@ def take_step(
         p.time += step.scale * event.x
         for j in range(len(contacts)):
             c = contacts[j]
-            if c.friction_mode == CREEP and not creeps(m, ws, c, j, step.scale):
+            if c.friction_mode == CREEP and not creeps(ws, c, j, step.scale):
                 c.friction_mode = SLIP
             if slips(c) and not m.planar and slip_speed(c) <= zero_slip(m, p):
                 p.modes_changed = True
@@ -292,11 +304,11 @@ def take_step(
 
 
 @inner
-def creeps(m: Model, ws: Workspace, c: ContactState, j: int, length: float) -> bool:
+def creeps(ws: Workspace, c: ContactState, j: int, length: float) -> bool:
     """Whether a contact slips too slowly for an explicit step of this length."""
     x, y = 3 * j + 1, 3 * j + 2
     response = max(ws.reduced[x][x], ws.reduced[y][y])
-    turning = response * c.friction * c.stiffness * c.compression[0] ** m.exponent
+    turning = response * c.friction * c.stiffness * c.compression[0] ** c.exponent
     return slip_speed(c) < METHOD_OPTIONS.creeping_share * length * turning
 
 
@@ -381,6 +393,10 @@ def is_jammed(contacts: list[ContactState], ws: Workspace) -> bool:
             if c.velocity[0] < 0.0:
                 return False
             continue
+        if c.normal_mode == SHAFT:
+            if slip_speed(c) > METHOD_OPTIONS.jam_speed:
+                return False
+            continue
         if abs(c.velocity[0]) > METHOD_OPTIONS.jam_speed or slips(c):
             return False
         push, size = 0.0, 0.0
@@ -390,7 +406,7 @@ def is_jammed(contacts: list[ContactState], ws: Workspace) -> bool:
                 row = ws.reduced[3 * j]
                 force = row[3 * k] * d.force[0]
                 push, size = push + force, size + abs(force)
-                if slips(d):
+                if friction_is_explicit(d):
                     friction = row[3 * k + 1] * d.friction_1[0] + row[3 * k + 2] * d.friction_2[0]
                     push, size = push + friction, size + abs(friction)
         if abs(push) > METHOD_OPTIONS.rounding * size:
@@ -402,7 +418,8 @@ def is_jammed(contacts: list[ContactState], ws: Workspace) -> bool:
 def is_over(contacts: list[ContactState]) -> bool:
     """Whether no contact is active and none is about to be."""
     for j in range(len(contacts)):
-        if contacts[j].normal_mode != INACTIVE or closes(contacts[j]):
+        c = contacts[j]
+        if is_pressed(c) or closes(c):
             return False
     return True
 
@@ -411,7 +428,7 @@ def is_over(contacts: list[ContactState]) -> bool:
 def closes(c: ContactState) -> bool:
     """Whether the bodies of an open contact touch and approach each other."""
     approaches = c.velocity[0] < -METHOD_OPTIONS.rounding and c.hold == FREE
-    return approaches and c.compression[0] > -METHOD_OPTIONS.rounding
+    return c.normal_mode == INACTIVE and approaches and c.compression[0] > -METHOD_OPTIONS.rounding
 
 
 @inner
@@ -426,7 +443,7 @@ def end(
     """Log the last phase and end all contacts; return True."""
     log_phase(m, contacts, p, log, ENERGY_FLOOR, -1)
     for j in range(len(contacts)):
-        if is_active(contacts[j]):
+        if is_pressed(contacts[j]):
             contacts[j].touched += p.time - contacts[j].began
             deactivate(m, contacts[j])
             if m.moves:
@@ -445,16 +462,17 @@ def log_phase(
     contact: int,
 ) -> None:
     """Count a phase that ends now, and log it if the log has room."""
-    first = p.phases * len(contacts)
+    count = logged_contacts(contacts)
+    first = p.phases * count
     p.phases += 1
-    if first + len(contacts) > len(log):
+    if first + count > len(log):
         return
-    for j in range(len(contacts)):
+    for j in range(count):
         c, row = contacts[j], log[first + j]
         row.ending, row.contact = ending, contact
-        row.active = 1 if is_active(c) else 0
+        row.active = 1 if is_pressed(c) else 0
         row.impulse, row.impulse_1, row.impulse_2 = c.impulse, c.impulse_1, c.impulse_2
         if m.bodies > 0:
             row.impulse, row.impulse_1 = impulse_along(c, 0), impulse_along(c, 1)
             row.impulse_2 = impulse_along(c, 2)
-        row.energy = elastic_energy(c.stiffness, c.compression[0], m.exponent)
+        row.energy = elastic_energy(c.stiffness, c.compression[0], c.exponent)

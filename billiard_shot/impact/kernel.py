@@ -21,7 +21,7 @@ from billiard_shot.impact.beginning import (
 from billiard_shot.impact.collocation import TABLEAUS
 from billiard_shot.impact.geometric_tail import ends_in_geometric_tail
 from billiard_shot.impact.integrator import end, integrate
-from billiard_shot.impact.moving_bodies import store_body
+from billiard_shot.impact.moving_bodies import end_swings, store_body
 from billiard_shot.impact.outcome import (
     clear_result,
     CollisionOutcome,
@@ -61,14 +61,15 @@ def new_scratch(storage: Storage, count: int) -> Scratch:
 def _example(storage: Storage) -> tuple[Any, ...]:
     """Make one contact that approaches."""
     properties = storage.records(ContactProperties, 1)
-    properties[0].stiffness, properties[0].max_closings = 1.0, UNLIMITED
+    properties[0].stiffness, properties[0].exponent = 1.0, 1.0
+    properties[0].max_closings = UNLIMITED
     one = Collisions(
         properties=properties,
         law=0,
-        exponent=1.0,
         bodies=storage.records(BodyState, 0),
         moves=False,
         interval=inf,
+        swing=0.0,
         delassus=storage.array(np.eye(3)[np.newaxis]),
         velocity=storage.array(-np.eye(1, 3)),
         distances=False,
@@ -98,6 +99,8 @@ def solve_collisions(given: Collisions, scratch: Scratch, results: Results) -> N
                 if ends_in_geometric_tail(m, contacts, ws, p):
                     end(m, contacts, ws, p, log, INFINITE_SEQUENCE)
                     break
+            if m.moves:
+                end_swings(contacts, ws)
             finish(m, units, contacts, ws, p, results, number=i)
         else:
             for j in range(count):

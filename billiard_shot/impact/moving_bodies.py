@@ -10,8 +10,9 @@ A pressed contact takes its normal anew after each `Model.interval`, except if i
 is set. The velocities of the bodies and the compression of the spring do not change then, so
 neither does the energy.
 
-A tip moves along the axis of its cue, and across it with the light end of the cue. When tip and
-ball part, the end swings back to the axis at once and loses its energy across. The tip is set back
+A tip moves along the axis of its cue, and across it with the light end of the cue. A shaft may
+hold that end (shaft.py); it swings back to the axis at the end of the collision. Without a shaft
+it does so at once when tip and ball part, and loses its energy across. The tip is set back
 along the axis so far that it does not overlap the ball. If the ball comes toward it there, the
 ball holds the end aside without force, until the tip is clear of the ball or the ball meets
 another body.
@@ -33,6 +34,7 @@ from billiard_shot.impact.state import (
     is_active,
     PLANE,
     resists,
+    SHAFT,
     TIP_BODY,
     Workspace,
 )
@@ -162,7 +164,7 @@ def part(contacts: list[ContactState], ws: Workspace, j: int) -> None:
     """Store the distance at which a contact ends, and closes again; clear its rows in W."""
     c = contacts[j]
     clear_rows(contacts, ws, j)
-    if ws.bodies[c.body_a].kind == TIP_BODY:
+    if ws.bodies[c.body_a].kind == TIP_BODY and not has_shaft(contacts, c.body_a):
         swing_back(contacts, ws, j)
     else:
         c.closing_distance = distance_of_centres(c, ws)
@@ -171,8 +173,26 @@ def part(contacts: list[ContactState], ws: Workspace, j: int) -> None:
 
 
 @inner
+def has_shaft(contacts: list[ContactState], body: int) -> bool:
+    """Whether a shaft holds a body."""
+    for j in range(len(contacts)):
+        if contacts[j].normal_mode == SHAFT and contacts[j].body_a == body:
+            return True
+    return False
+
+
+@inner
+def end_swings(contacts: list[ContactState], ws: Workspace) -> None:
+    """Move the tips of all cues with shafts to their axes, at the end of a collision."""
+    for j in range(len(contacts)):
+        c = contacts[j]
+        if c.normal_mode != SHAFT and has_shaft(contacts, c.body_a):
+            swing_back(contacts, ws, j)
+
+
+@inner
 def swing_back(contacts: list[ContactState], ws: Workspace, j: int) -> None:
-    """Move the tip of a contact that ends to the axis of its cue, where it overlaps no ball."""
+    """Move the tip of a contact that ended to the axis of its cue, where it overlaps no ball."""
     c = contacts[j]
     body, motion = ws.bodies[c.body_a], ws.motion[c.body_a]
     axis, origin = body.axis, body.position
@@ -393,10 +413,13 @@ def turn_axes(c: ContactState, ws: Workspace, lead: float) -> None:
     """
     Align the axes of a contact with its bodies; turn the first tangent as little as possible.
 
-    The axes are those of a time `lead` later.
+    The axes are those of a time `lead` later. The normal of a shaft is the axis of its cue.
     """
     axes, direction = ws.polynomials, c.normal
     x, y, z = separation_coefficient(c, ws, PLACE_ROWS, 0)
+    if c.normal_mode == SHAFT:
+        axis = ws.bodies[c.body_a].axis
+        x, y, z = axis[0], axis[1], axis[2]
     if lead > 0.0:
         u, v, w = separation_coefficient(c, ws, VELOCITY_ROWS, 0)
         x, y, z = x + lead * u, y + lead * v, z + lead * w

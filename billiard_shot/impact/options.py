@@ -45,6 +45,8 @@ class Options(NamedTuple):
         Number of steps without an event after which the largest velocity is determined again.
     jam_speed : float
         Normal velocity below which a contact that is pressed does not move.
+    swing_left : float
+        Motion of a cue's end that counts as rest: its speed, and the speed that its shift causes.
     energy_floor : float
         Velocities below this fraction of the tolerance end an infinite sequence.
     negligible_force : float
@@ -151,6 +153,7 @@ class Options(NamedTuple):
     max_redundant_step: float = 0.005
     rescale_interval: int = 16
     jam_speed: float = 1e-12
+    swing_left: float = 0.02
     energy_floor: float = 0.01
     negligible_force: float = 1e-3
     min_softened: float = 0.05

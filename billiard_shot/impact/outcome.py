@@ -14,6 +14,7 @@ from billiard_shot.impact.moving_bodies import (
     store_body,
 )
 from billiard_shot.impact.options import METHOD_OPTIONS
+from billiard_shot.impact.shaft import logged_contacts
 from billiard_shot.impact.state import (
     BodyState,
     components,
@@ -97,7 +98,7 @@ def finish(
         write_result(m, contacts[j], results.contacts[number * count + j], units)
     if m.bodies > 0:
         finish_bodies(m, units, contacts, ws, results, number)
-    for i in range(min(p.phases * count, len(results.log))):
+    for i in range(min(p.phases * logged_contacts(contacts), len(results.log))):
         logged = results.log[i]
         logged.impulse *= units.impulse
         logged.impulse_1 *= units.impulse
@@ -192,6 +193,6 @@ def energy_imbalance_of_bodies(
     for j in range(len(contacts)):
         c = contacts[j]
         gap += c.restitution_loss + c.friction_loss
-        gap += elastic_energy(c.stiffness, c.compression[0], m.exponent) if is_active(c) else 0.0
+        gap += elastic_energy(c.stiffness, c.compression[0], c.exponent) if is_active(c) else 0.0
         turnover += abs(c.impulse)
     return abs(gap) / turnover if turnover > 0.0 else 0.0

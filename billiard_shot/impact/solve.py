@@ -27,7 +27,7 @@ class Properties:
     restitution: Sequence[float] | NDArray[np.float64]
     stiffness: Sequence[float] | NDArray[np.float64]  # N/m^exponent; see `Contact`
     law: int  # see laws.py
-    exponent: float = 1.0
+    exponent: Sequence[float] | NDArray[np.float64] | float = 1.0
     # The coefficient at slip v is friction - fading (1 - exp(-decay v)); decay in s/m.
     fading: Sequence[float] | NDArray[np.float64] | float = 0.0
     decay: Sequence[float] | NDArray[np.float64] | float = 0.0
@@ -152,16 +152,16 @@ def solve_stored(
     n, count = len(velocity), np.shape(properties.friction)[-1]
     given = ROWS.records(ContactProperties, n * count)
     table = given.reshape(n, count)
-    for name in ('friction', 'fading', 'decay', 'restitution', 'stiffness'):
+    for name in ('friction', 'fading', 'decay', 'restitution', 'stiffness', 'exponent'):
         table[name] = getattr(properties, name)
     table['max_closings'] = UNLIMITED
     collisions = Collisions(
         properties=storage.from_rows(ContactProperties, given),
         law=properties.law,
-        exponent=float(properties.exponent),
         bodies=storage.records(BodyState, 0),
         moves=False,
         interval=inf,
+        swing=0.0,
         delassus=delassus,
         velocity=velocity,
         distances=lengths is not None,

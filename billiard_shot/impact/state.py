@@ -24,6 +24,7 @@ class NormalMode(IntEnum):
     INACTIVE = 0
     COMPRESSION = 1
     RESTITUTION = 2
+    SHAFT = 3  # it is the shaft of a cue, which has no normal force (shaft.py)
 
 
 class FrictionMode(IntEnum):
@@ -41,6 +42,7 @@ class FrictionMode(IntEnum):
     SLIP = 4
     SLIP_ONSET = 5  # the slip is exactly zero and about to grow along the slip direction
     CREEP = 6  # it slips so slowly that the forces set the slip direction: a stiff equation
+    ELASTIC = 7  # a spring and a dashpot resist the slip
 
 
 class Hold(IntEnum):
@@ -60,8 +62,10 @@ class BodyKind(IntEnum):
     EDGE = 3
 
 
-INACTIVE, COMPRESSION, RESTITUTION = map(int, NormalMode)
-FRICTIONLESS, DEFERRED, STICK, REDUNDANT_STICK, SLIP, SLIP_ONSET, CREEP = map(int, FrictionMode)
+INACTIVE, COMPRESSION, RESTITUTION, SHAFT = map(int, NormalMode)
+FRICTIONLESS, DEFERRED, STICK, REDUNDANT_STICK, SLIP, SLIP_ONSET, CREEP, ELASTIC = map(
+    int, FrictionMode
+)
 FREE, HELD, GONE = map(int, Hold)
 BALL_BODY, TIP_BODY, PLANE, EDGE = map(int, BodyKind)
 
@@ -79,10 +83,13 @@ class ContactState:
     friction: float  # coefficient without slip
     fading: float  # largest reduction of the coefficient by slip; 0 if it is constant
     decay: float  # the coefficient at slip v is friction - fading (1 - exp(-decay v))
+    spring: float  # that resists slip, with a dashpot, if the friction is ELASTIC
+    damping: float
     restitution: float
     early_softening: float  # of the restitution, see `ContactProperties`
     softening: float
-    stiffness: float  # relative to the largest
+    stiffness: float  # relative to that of the contact whose spring is fastest
+    exponent: float  # of the spring: force = stiffness * compression**exponent
     normal_mode: int
     friction_mode: int
     # Relative to the approach: y' = -rate u_n; 0 if y of an open contact stays 0.
@@ -125,6 +132,8 @@ class ContactState:
     force: Series  # on body a: normal force, friction
     friction_1: Series
     friction_2: Series
+    shift_1: Series  # extension of the spring that resists slip
+    shift_2: Series
     size: Series  # of the slip, and its direction
     dir_1: Series
     dir_2: Series
@@ -160,6 +169,7 @@ class ImpactProgress:
     phase_open: bool  # the motion went on since the last phase was logged
     stiff: int  # contacts that needed an implicit step last
     next_turn: float  # time at which pressed contacts take their normals anew
+    first_end: float  # time at which first no contact was active while an end swung (shaft.py)
     energy: float  # kinetic, of bodies that move, when the collision began
 
 
@@ -198,16 +208,16 @@ class BodyState:
 
 
 class Model(NamedTuple):
-    """Law, exponent and tolerance with which a collision is solved."""
+    """Law and tolerance with which a collision is solved."""
 
     law: int
-    exponent: float  # of the springs: force = stiffness * compression**exponent
     tolerance: float
     planar: bool  # slip never turns: nothing happens along any second tangent
     distances: bool  # open contacts have a distance; else they close as soon as they approach
     bodies: int  # number of bodies whose places are known (moving_bodies.py), or 0
     moves: bool  # whether these move while they collide
     interval: float  # time after which pressed contacts take their normals anew
+    swing: float  # longest time that a collision goes on after `ImpactProgress.first_end`
 
 
 class Workspace(NamedTuple):
@@ -266,8 +276,20 @@ def is_active(c: ContactState) -> bool:
 
 
 @inner
+def is_pressed(c: ContactState) -> bool:
+    """Whether the bodies of a contact press each other."""
+    return c.normal_mode == COMPRESSION or c.normal_mode == RESTITUTION
+
+
+@inner
 def slips(c: ContactState) -> bool:
-    """Whether a contact slips, or is about to."""
+    """Whether a contact slips against friction, or is about to."""
+    return c.friction_mode >= SLIP and c.friction_mode != ELASTIC
+
+
+@inner
+def friction_is_explicit(c: ContactState) -> bool:
+    """Whether friction follows from the state of a contact; not so if the contact sticks."""
     return c.friction_mode >= SLIP
 
 
@@ -290,9 +312,9 @@ def is_stiff(m: Model, c: ContactState) -> bool:
 
 
 @inner
-def force_is_negligible(m: Model, c: ContactState) -> bool:
+def force_is_negligible(c: ContactState) -> bool:
     """Whether a contact presses so little that its force is taken as zero."""
-    return m.exponent != 1.0 and c.compression[0] < c.negligible_compression
+    return c.exponent != 1.0 and c.compression[0] < c.negligible_compression
 
 
 @inner
@@ -307,6 +329,15 @@ def friction_at(c: ContactState, slip: float) -> float:
     if c.fading == 0.0:
         return c.friction
     return c.friction - c.fading * (1.0 - exp(-c.decay * slip))
+
+
+@inner
+def elastic_friction(c: ContactState, k: int) -> tuple[float, float]:
+    """Coefficient k of the force of an ELASTIC contact, from those of shift and slip."""
+    return (
+        -c.spring * c.shift_1[k] - c.damping * c.slip_1[k],
+        -c.spring * c.shift_2[k] - c.damping * c.slip_2[k],
+    )
 
 
 @inner

@@ -11,8 +11,11 @@ from billiard_shot.compiled import inner, innermost
 from billiard_shot.impact.options import METHOD_OPTIONS
 from billiard_shot.impact.state import (
     ContactState,
+    ELASTIC,
+    elastic_friction,
     force_is_negligible,
     friction_at,
+    friction_is_explicit,
     INACTIVE,
     is_active,
     Model,
@@ -60,11 +63,13 @@ def expand(
             c = contacts[j]
             if c.normal_mode == INACTIVE:
                 continue
-            if force_is_negligible(m, c):
+            if force_is_negligible(c):
                 c.force[k] = 0.0
             else:
-                c.force[k] = force_coefficient(c, k, m.exponent)
-            if slips(c):
+                c.force[k] = force_coefficient(c, k)
+            if c.friction_mode == ELASTIC:
+                c.friction_1[k], c.friction_2[k] = elastic_friction(c, k)
+            elif slips(c):
                 if m.planar:
                     c.size[k] = c.slip_1[k] * c.slip_dir_1 + c.slip_2[k] * c.slip_dir_2
                     c.press_1[k] = c.force[k] * c.slip_dir_1
@@ -77,8 +82,9 @@ def expand(
 
 
 @innermost
-def force_coefficient(c: ContactState, k: int, exponent: float) -> float:
+def force_coefficient(c: ContactState, k: int) -> float:
     """Coefficient k of F = stiffness y**exponent, from y to order k and F to order k - 1."""
+    exponent = c.exponent
     if exponent == 1.0:
         return c.stiffness * c.compression[k]
     if k == 0:
@@ -168,7 +174,7 @@ def integrate_coefficients(
             normal += row[n] * force
             first += row_1[n] * force
             second += row_2[n] * force
-            if slips(d):
+            if friction_is_explicit(d):
                 f_1, f_2 = d.friction_1[k], d.friction_2[k]
                 normal += row[n + 1] * f_1 + row[n + 2] * f_2
                 first += row_1[n + 1] * f_1 + row_1[n + 2] * f_2
@@ -177,6 +183,8 @@ def integrate_coefficients(
         if c.friction > 0.0:
             c.slip_1[k + 1] = factor * first
             c.slip_2[k + 1] = factor * second
+        if c.friction_mode == ELASTIC:
+            c.shift_1[k + 1], c.shift_2[k + 1] = factor * c.slip_1[k], factor * c.slip_2[k]
     for j in range(len(contacts)):
         c = contacts[j]
         c.compression[k + 1] = -c.compression_rate * factor * c.velocity[k]
@@ -201,7 +209,7 @@ def fill_stick_forces(contacts: list[ContactState], ws: Workspace, count: int) -
             for k in range(count):
                 c.friction_1[k] += gain_1[n] * d.force[k]
                 c.friction_2[k] += gain_2[n] * d.force[k]
-            if slips(d):
+            if friction_is_explicit(d):
                 for k in range(count):
                     f_1, f_2 = d.friction_1[k], d.friction_2[k]
                     c.friction_1[k] += gain_1[n + 1] * f_1 + gain_1[n + 2] * f_2

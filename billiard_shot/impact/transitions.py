@@ -110,8 +110,8 @@ def activate(c: ContactState, known: bool) -> None:
 @inner
 def deactivate(m: Model, c: ContactState) -> None:
     """End a contact: count the energy left in its spring as lost, and store its slip."""
-    c.restitution_loss += loss_since_peak(m, c) if c.normal_mode == RESTITUTION else 0.0
-    c.restitution_loss += elastic_energy(c.stiffness, c.compression[0], m.exponent)
+    c.restitution_loss += loss_since_peak(c) if c.normal_mode == RESTITUTION else 0.0
+    c.restitution_loss += elastic_energy(c.stiffness, c.compression[0], c.exponent)
     c.final_slip = 0.0 if sticks(c) else slip_speed(c)
     c.normal_mode = INACTIVE
     c.friction_mode = FRICTIONLESS
@@ -130,7 +130,7 @@ def reverse_normal_motion(m: Model, c: ContactState, known: bool) -> None:
     if c.normal_mode == COMPRESSION:
         if c.closings == 1 and y >= c.peak_compression:
             c.slid_to_peak = c.slid
-        start_restitution(c, m.law, m.exponent, y)
+        start_restitution(c, m.law, y)
         if m.law == POISSON:
             c.restitution_end = c.impulse + c.restitution * (c.impulse - c.activation_impulse)
     else:
@@ -139,28 +139,28 @@ def reverse_normal_motion(m: Model, c: ContactState, known: bool) -> None:
             c.discontinuity_margin = min(c.discontinuity_margin, margin)
         c.normal_mode = COMPRESSION
         c.compression_rate = 1.0
-        c.restitution_loss += loss_since_peak(m, c)
+        c.restitution_loss += loss_since_peak(c)
 
 
 @inner
-def start_restitution(c: ContactState, law: int, exponent: float, peak: float) -> None:
+def start_restitution(c: ContactState, law: int, peak: float) -> None:
     """Start the restitution of a contact from its peak compression, by a law."""
     restitution = c.restitution
     if c.softening > 0.0 or c.early_softening > 0.0:
-        energy = elastic_energy(c.stiffness, peak, exponent)
+        energy = elastic_energy(c.stiffness, peak, c.exponent)
         divisor = 1.0 + c.early_softening * sqrt(energy) + c.softening * energy
         restitution = max(restitution / divisor, METHOD_OPTIONS.min_softened)
-    opens = opening(law, restitution, exponent)
+    opens = opening(law, restitution, c.exponent)
     c.normal_mode, c.peak_compression = RESTITUTION, peak
     c.compression_rate, c.lost_share = opens.rate, opens.lost
     c.restitution_end = peak * opens.end
 
 
 @inner
-def loss_since_peak(m: Model, c: ContactState) -> float:
+def loss_since_peak(c: ContactState) -> float:
     """Energy lost while a contact's spring opened from its peak."""
-    released = elastic_energy(c.stiffness, c.peak_compression, m.exponent)
-    released -= elastic_energy(c.stiffness, c.compression[0], m.exponent)
+    released = elastic_energy(c.stiffness, c.peak_compression, c.exponent)
+    released -= elastic_energy(c.stiffness, c.compression[0], c.exponent)
     return c.lost_share * released
 
 
@@ -174,14 +174,14 @@ def recompression_margin(m: Model, contacts: list[ContactState], ws: Workspace, 
     c = contacts[j]
     if m.law == POISSON or c.normal_mode != RESTITUTION or c.restitution == 0.0:
         return inf
-    acceleration = normal_acceleration(m, contacts, ws, j)
+    acceleration = normal_acceleration(contacts, ws, j)
     if acceleration >= 0.0 or c.peak_compression == 0.0:
         return inf
     return c.velocity[0] * c.velocity[0] / (-2.0 * acceleration * c.peak_compression)
 
 
 @inner
-def normal_acceleration(m: Model, contacts: list[ContactState], ws: Workspace, j: int) -> float:
+def normal_acceleration(contacts: list[ContactState], ws: Workspace, j: int) -> float:
     """Acceleration of a contact's normal velocity under the forces of this moment."""
     total = 0.0
     row = ws.reduced[3 * j]
@@ -193,7 +193,7 @@ def normal_acceleration(m: Model, contacts: list[ContactState], ws: Workspace, j
                 friction = friction_at(c, slip_speed(c))
                 response -= friction * row[3 * k + 1] * c.slip_dir_1
                 response -= friction * row[3 * k + 2] * c.slip_dir_2
-            total += response * c.stiffness * c.compression[0] ** m.exponent
+            total += response * c.stiffness * c.compression[0] ** c.exponent
     return total
 
 

@@ -12,6 +12,8 @@ from billiard_shot.impact.friction import eliminate_sticking
 from billiard_shot.impact.moving_bodies import measure, push_bodies, take_normal, velocity_of
 from billiard_shot.impact.state import (
     ContactState,
+    ELASTIC,
+    elastic_friction,
     friction_at,
     is_active,
     Model,
@@ -61,8 +63,10 @@ def have_room(m: Model, contacts: list[ContactState], ws: Workspace) -> bool:
     for j in range(len(contacts)):
         c = contacts[j]
         if is_active(c):
-            c.force[0] = c.stiffness * c.compression[0] ** m.exponent
-            if slips(c):
+            c.force[0] = c.stiffness * c.compression[0] ** c.exponent
+            if c.friction_mode == ELASTIC:
+                c.friction_1[0], c.friction_2[0] = elastic_friction(c, 0)
+            elif slips(c):
                 rub, slip = friction_at(c, slip_speed(c)) * c.force[0], max(slip_speed(c), 1e-300)
                 c.friction_1[0] = -rub * c.slip_1[0] / slip
                 c.friction_2[0] = -rub * c.slip_2[0] / slip

@@ -103,7 +103,7 @@ class _Recorder:
                 impulses.append(impulse + integrals @ coefficients)
             energies.append(
                 [
-                    elastic_energy(c.stiffness, pushes * max(y, 0.0), m.exponent)
+                    elastic_energy(c.stiffness, pushes * max(y, 0.0), c.exponent)
                     for y in powers @ c.compression[: order + 1]
                 ]
             )

@@ -21,6 +21,9 @@ class Effects:
         If `off`, the contact with the tip, or with the cloth, has no friction in the strike.
     end_mass : str
         If `off`, the tip cannot move sideways, as if the cue were guided.
+    shaft : str
+        If `off`, nothing holds the tip to the axis of the cue while it touches the ball, and it
+        swings back at once when it leaves the ball.
     tip_curvature : str
         If `off`, a rounded tip touches the ball where the axis of the cue does.
     flight : str
@@ -52,6 +55,7 @@ class Effects:
     tip_friction: str = choice(*_SETTINGS, default='auto')
     table_friction: str = choice(*_SETTINGS, default='auto')
     end_mass: str = choice(*_SETTINGS, default='auto')
+    shaft: str = choice(*_SETTINGS, default='auto')
     tip_curvature: str = choice(*_SETTINGS, default='auto')
     flight: str = choice(*_SETTINGS, default='auto')
     bounce: str = choice(*_SETTINGS, default='auto')

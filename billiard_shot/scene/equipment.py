@@ -17,6 +17,8 @@ from billiard_shot.scene.table import BallBall
 # sideways rebound, as ours do at restitution 0. Rebound along the normal adds 20 to 40 percent;
 # this lighter end makes up for it: scene `pool` is within 8 percent of his for a = 0.1 to 0.5.
 END_MASS = 0.0042
+# Of a maple shaft, 11 GPa and 13 mm thick, that a bridge holds 0.25 m behind the tip: 3 E I / L^3.
+END_STIFFNESS = 3e3
 CUE_LENGTH = 1.47
 # Instructors ask for at least 4 in past the ball (0.1 m, cuemaster-poolschool.com).
 FOLLOW_THROUGH = 0.15
@@ -89,6 +91,9 @@ class Cue:
     end_mass : float, optional
         Effective mass of the tip for sideways motion [kg], above 0 and at most the mass of the
         cue; by default 4.2 g, see `END_MASS`. A guided cue must not have one: it is infinite.
+    end_stiffness : float, optional
+        Force of the shaft that pulls the tip back to the axis of the cue, per distance from there
+        [N/m], 0 to 1e5. By default 3 kN/m, see `END_STIFFNESS`; 0 for a guided cue.
     ferrule_radius : float, optional
         Half the width of the cue right behind its tip [m], 0 to 1. By default 6.5 mm; 0 for a
         guided cue, whose shape is unknown.
@@ -110,6 +115,9 @@ class Cue:
     guided: bool = boolean(default=False)
     end_mass: float = number(
         'kg', above=0, derived=lambda cue: math.inf if cue.guided else min(END_MASS, cue.mass)
+    )
+    end_stiffness: float = number(
+        'N/m', minimum=0, maximum=1e5, derived=lambda cue: 0.0 if cue.guided else END_STIFFNESS
     )
     ferrule_radius: float = number(
         'm', minimum=0, maximum=1, derived=lambda cue: 0.0 if cue.guided else FERRULE_RADIUS
@@ -152,7 +160,11 @@ class ContactParameters:
         Time from touch to parting at 2 m/s [s], above 0 and at most 20 ms: of a central hit by the
         cue of the scene, or of a ball that falls onto the cloth. The restitution e is part of it:
         with a linear spring of stiffness k it is (1 + e) / 2 pi sqrt(m / k), for the mass m of the
-        ball on the cloth, and for 1 / (1 / m + 1 / M) if a cue of mass M hits it.
+        ball on the cloth, and for 1 / (1 / m + 1 / M) if a cue of mass M hits it. That is its time
+        under law `bistiffness`; the other laws take the same spring, which then lasts otherwise.
+    exponent : float, optional
+        Exponent of the spring, 1 to 10. By default that of the `Scene`, which fills it in. Another
+        one needs a duration.
 
     """
 
@@ -161,6 +173,7 @@ class ContactParameters:
     friction: float = number('', minimum=0)
     stiffness: float | None = number('any unit', above=0, nullable=True)
     duration: float | None = number('s', above=0, maximum=0.02, nullable=True)
+    exponent: float = number('', minimum=1, maximum=10, derived=lambda _: 1.0)
 
     def __post_init__(self) -> None:
         check(self)

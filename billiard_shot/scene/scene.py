@@ -2,7 +2,7 @@
 
 # ruff: noqa: RUF009 (the calls in class bodies make fields, as dataclasses.field does)
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, InitVar
+from dataclasses import dataclass, InitVar, replace
 from pathlib import Path
 from typing import Any, ClassVar, Self, TypeAlias
 
@@ -29,6 +29,19 @@ def _end_of_a_guided_cue(scene: Any) -> Iterator[Mistake]:
         yield Mistake(('effects', 'end_mass'), "must be auto or off for a guided cue, got 'on'")
 
 
+def _exponents_of_a_ratio(scene: Any) -> Iterator[Mistake]:
+    """Mistakes of contacts whose stiffnesses are a ratio, but not one of the same springs."""
+    for name in ('cue_ball', 'ball_table'):
+        contact = getattr(scene.contacts, name)
+        other = not isinstance(contact.exponent, Derived) and contact.exponent != scene.exponent
+        if other and contact.stiffness is not None:
+            yield Mistake(
+                ('contacts', name, 'exponent'),
+                f'must be that of the scene, {scene.exponent:g}, unless a duration is given in '
+                f'place of the stiffness, got {contact.exponent!r}',
+            )
+
+
 @dataclass(frozen=True, slots=True)
 class Scene(Shown):
     """
@@ -41,7 +54,8 @@ class Scene(Shown):
         Restitution law: `bistiffness`, `energetic` (that of the paper) or `poisson`.
     exponent : float
         Exponent of the force of the contact springs, 1 to 10: 1 is linear, 1.5 is Hertz's. With
-        larger exponents impacts take many steps, and forces overflow.
+        larger exponents impacts take many steps, and forces overflow. The contacts cue_ball and
+        ball_table may have their own.
     balls : mapping of str to (x, y)
         Positions of the balls on the table [m]. The cue ball is `cue`; it is at the origin if it
         has no position.
@@ -65,6 +79,7 @@ class Scene(Shown):
         rack_in_the_way,
         hasty_cushion,
         _end_of_a_guided_cue,
+        _exponents_of_a_ratio,
     )
     ball: Ball = section(Ball)
     cue: Cue = section(Cue)
@@ -87,6 +102,12 @@ class Scene(Shown):
         if isinstance(self.cloth.sliding_friction, Derived):
             cloth = fill_in(self.cloth, sliding_friction=self.contacts.ball_table.friction)
             object.__setattr__(self, 'cloth', cloth)
+        own = {
+            name: fill_in(contact, exponent=self.exponent)
+            for name in ('cue_ball', 'ball_table')
+            if isinstance((contact := getattr(self.contacts, name)).exponent, Derived)
+        }
+        object.__setattr__(self, 'contacts', replace(self.contacts, **own))
 
     def __repr__(self) -> str:
         balls = len({CUE_BALL, *self.balls})

@@ -111,7 +111,7 @@ def _happenings(shot: Shot) -> Iterator[str]:
         yield f'first contact {shot.first_contact}'
     elif len(shot.run.names) > 1:
         yield 'no ball hit'
-    if shot.double_hit:  # at 0, the tip met the ball again within the strike: that is one stroke
+    if shot.double_hit is not None:
         yield f'a double hit: the cue hits the ball again {moment_in_words(shot.double_hit)}'
     if all(ball.comes_to_rest for ball in shot.run.balls.values()):
         yield f'at rest after {shot.run.duration:.3g} s'

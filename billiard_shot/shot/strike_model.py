@@ -15,6 +15,12 @@ from billiard_shot.table.scene_params import ball_cloth_params
 
 REACH = 0.03  # m: farther than a ball goes while the tip of a cue at 10 m/s touches it
 NORMALS = 16  # that a contact has while the tip touches the ball
+# The bending shaft as a lighter end with a dashpot: its mass relative to the effective mass of the
+# cue's end, and the rate [1/s] at which it loses its motion, per that mass. 4 kg/s for an end of
+# 4.2 g agree with a maple shaft, a chain of masses on a beam. The mass is fitted in scene `pool`,
+# where the tip has the restitution 0.75: squirt at 0.1, 0.3 and 0.5 radii is 0.43, 1.21 and 1.92
+# degrees; that of a free end is 0.40, 1.20 and 2.03.
+SHAFT_MASS, SHAFT_DAMPING = 0.58, 950.0
 NORMALS_MOVE_FROM = radians(35.0)  # elevation [rad], see docs/limits.md
 # Of tip and ball at DURATION_SPEED [s], if the scene has only a ratio of stiffnesses: high-speed
 # films, Alciatore (billiards.colostate.edu).
@@ -28,15 +34,17 @@ class StrikeModel(NamedTuple):
 
     cue_mass: float  # kg
     inverse_end_mass: float  # 1/kg, for the tip's motion across the cue; 0 if it is guided
+    shaft: bool  # whether the shaft holds the tip to the axis, if that can move across it
+    end_stiffness: float  # N/m, of the shaft
     ferrule_radius: float  # m, half of the thickness of the cue at its tip
     tip_curvature: float  # radius of a rounded tip, in radii of the ball
-    friction: tuple[float, float]  # of TIP_CONTACT and CLOTH_CONTACT, like the next two
+    friction: tuple[float, float]  # of TIP_CONTACT and CLOTH_CONTACT, like the next three
     restitution: tuple[float, float]
     stiffness: tuple[float, float]  # N/m^exponent
+    exponent: tuple[float, float]
     unit: float  # N/m^exponent, of the stiffnesses of balls and cushions without a duration
     tip_duration: float  # s, of a central hit
     law: int
-    exponent: float
     on_cloth: bool  # whether the contact CLOTH_CONTACT takes part
     follow_through: float  # m, see `CueParams`
     surface: BallClothParams  # the ball's own numbers are here
@@ -55,19 +63,22 @@ def cue_params(model: StrikeModel, table: TableParams) -> CueParams:
 
     def stiffness(mass: float, duration: float, ratio: float) -> float:
         timed = moves and duration > 0.0
-        return stiffness_of(mass, duration, model.exponent) if timed else model.unit * ratio
+        return stiffness_of(mass, duration, ball.exponent) if timed else model.unit * ratio
 
     takes_time = moves and table.ball_duration > 0.0
+    bends = model.shaft and model.inverse_end_mass > 0.0
     return CueParams(
         response=1.0 / model.cue_mass,
-        across=model.inverse_end_mass,
+        across=model.inverse_end_mass / (SHAFT_MASS if bends else 1.0),
         reach=tip_reach(model),
         friction=model.friction[TIP_CONTACT],
         restitution=model.restitution[TIP_CONTACT],
         stiffness=model.stiffness[TIP_CONTACT],
+        exponent=model.exponent[TIP_CONTACT],
         cloth_friction=model.friction[CLOTH_CONTACT],
         cloth_restitution=model.restitution[CLOTH_CONTACT],
         cloth_stiffness=model.stiffness[CLOTH_CONTACT],
+        cloth_exponent=model.exponent[CLOTH_CONTACT],
         ball_stiffness=stiffness(ball.mass, table.ball_duration, table.ball_stiffness),
         nose_stiffness=stiffness(2.0 * ball.mass, table.cushion_duration, table.cushion_stiffness),
         neighbour_reach=REACH if takes_time else table.contact_gap,
@@ -76,6 +87,8 @@ def cue_params(model: StrikeModel, table: TableParams) -> CueParams:
         on_cloth=model.on_cloth,
         moves=moves,
         follow_through=model.follow_through,
+        end_stiffness=model.end_stiffness if bends else 0.0,
+        end_damping=SHAFT_DAMPING / model.inverse_end_mass if bends else 0.0,
         normals_move_from=sin(NORMALS_MOVE_FROM) if moves and model.follow_through > 0.0 else inf,
     )
 
@@ -87,15 +100,17 @@ def strike_model(scene: Scene) -> StrikeModel:
     return StrikeModel(
         cue_mass=float(scene.cue.mass),
         inverse_end_mass=1.0 / float(scene.cue.end_mass),
+        shaft=not scene.cue.guided,
+        end_stiffness=float(scene.cue.end_stiffness),
         ferrule_radius=float(scene.cue.ferrule_radius),
         tip_curvature=float(scene.cue.tip_curvature_radius / scene.ball.radius),
         friction=(float(tip.friction), float(cloth.friction)),
         restitution=(float(tip.restitution), float(cloth.restitution)),
         stiffness=stiffness,
+        exponent=(float(tip.exponent), float(cloth.exponent)),
         unit=unit,
         tip_duration=TIP_DURATION if tip.duration is None else float(tip.duration),
         law=LAWS[scene.law],
-        exponent=float(scene.exponent),
         on_cloth=True,
         follow_through=float(scene.cue.follow_through),
         surface=ball_cloth_params(scene),
@@ -110,13 +125,16 @@ def springs(scene: Scene) -> tuple[tuple[float, float], float]:
     ball for TIP_DURATION, as if it were elastic.
     """
     tip, cloth = scene.contacts.cue_ball, scene.contacts.ball_table
-    ball, exponent = scene.ball.mass, scene.exponent
-    hit = 2.0 / (1.0 / scene.cue.mass + 1.0 / ball)
+    ball, hit = scene.ball.mass, 2.0 / (1.0 / scene.cue.mass + 1.0 / scene.ball.mass)
     if tip.duration is None or cloth.duration is None:
         assert tip.stiffness is not None  # the scene has checked this
         assert cloth.stiffness is not None
-        unit = stiffness_of(hit, TIP_DURATION, exponent) / tip.stiffness
+        unit = stiffness_of(hit, TIP_DURATION, scene.exponent) / tip.stiffness
         return (unit * tip.stiffness, unit * cloth.stiffness), unit
-    of_tip = stiffness_of(hit, tip.duration, exponent, STROKE_SPEED, tip.restitution)
-    of_cloth = stiffness_of(2.0 * ball, cloth.duration, exponent, STROKE_SPEED, cloth.restitution)
-    return (of_tip, of_cloth), of_tip / TIP_STIFFNESS
+    time, e = tip.duration, tip.restitution
+    of_tip = stiffness_of(hit, time, tip.exponent, STROKE_SPEED, e)
+    of_cloth = stiffness_of(
+        2.0 * ball, cloth.duration, cloth.exponent, STROKE_SPEED, cloth.restitution
+    )
+    unit = stiffness_of(hit, time, scene.exponent, STROKE_SPEED, e) / TIP_STIFFNESS
+    return (of_tip, of_cloth), unit

@@ -170,7 +170,7 @@ def methods() -> Iterator[Method]:
             'rtol',
             SCIPY_TOLERANCES,
             _scipy(name),
-            lambda problem: '' if problem.model.exponent == 1.0 else 'for linear springs',
+            lambda problem: '' if problem.model.exponent == (1.0, 1.0) else 'for linear springs',
         )
     if find_spec('mujoco'):
         yield Method(

@@ -38,7 +38,7 @@ def pairwise(problem: ContactProblem) -> Array:
                 problem.restitution[j : j + 1],
                 np.ones(1),
                 problem.model.law,
-                problem.model.exponent,
+                problem.model.exponent[j],
             )
             impulse = solve_in_contact_space(
                 alone, problem.response[np.newaxis, part, part], u[np.newaxis, part], [1e-12]

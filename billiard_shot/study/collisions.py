@@ -169,6 +169,7 @@ def strike_of(
             'cue': {'mass': masses[0], **guided},
             'contacts': {'cue_ball': tip, 'ball_table': cloth},
             'exponent': exponent,
+            'effects': {'shaft': 'off'},
         }
     )
     c = np.asarray(direction, float) / np.linalg.norm(direction)
@@ -199,10 +200,10 @@ def collision_of(model: StrikeModel, normal: Array, velocity: Array) -> Collisio
     # The table takes part if the ball touches it. Else only another fixed body does.
     above, count = (1, 3) if model.on_cloth else (3, 4)
     contacts = (
-        Contact(0, 1, centre + surface.radius * n, n, *tip),
-        Contact(above, 2, (0, 0, 0), UP, *cloth),
+        Contact(0, 1, centre + surface.radius * n, n, *tip, exponent=model.exponent[0]),
+        Contact(above, 2, (0, 0, 0), UP, *cloth, exponent=model.exponent[1]),
     )
-    return Collision(bodies[:count], contacts, model.exponent)
+    return Collision(bodies[:count], contacts)
 
 
 def cradle(

@@ -83,7 +83,11 @@ class ContactProblem:
         """What the solver takes of the contacts."""
         model = self.model
         return Properties(
-            self.friction, self.restitution, self.stiffness, model.law, model.exponent
+            self.friction,
+            self.restitution,
+            self.stiffness,
+            model.law,
+            np.array(model.exponent),
         )
 
     @property

@@ -61,7 +61,7 @@ STILL_SPEED = 1e-12  # of the fastest ball's speed: what rounding leaves of a ba
 def room_for(storage: Storage, balls: int, with_cue: bool) -> ImpactRoom:
     """Make room for the impacts on a table of so many balls; none for a record of participants."""
     count = min(balls * (balls - 1) // 2, MOST_CONTACTS * balls)
-    count += 2 + MOST_EDGES * min(balls, 3) if with_cue else 0
+    count += 3 + MOST_EDGES * min(balls, 3) if with_cue else 0
     count = max(count, 1)
     return impact_room(storage, balls, balls + (count if with_cue else 0), count)
 
@@ -94,7 +94,7 @@ def solve(table: TableModel, impact: ClusterImpact, room: ImpactRoom) -> None:
     room.tolerance[0] = CUE_IMPACT_TOLERANCE if with_cue else BALL_IMPACT_TOLERANCE
     moves = table.cue.moves if with_cue else table.numbers.ball_duration > 0.0
     interval = table.cue.interval if with_cue else inf
-    solve_bodies(params, impact, room, moves, interval, logs=False)
+    solve_bodies(params, impact, room, moves, interval, 0.0, logs=False)
 
 
 @inner
@@ -104,25 +104,27 @@ def solve_bodies(
     room: ImpactRoom,
     moves: bool,
     interval: float,
+    swing: float,
     logs: bool,
 ) -> None:
     """Solve the impact of the bodies and contacts of a room, see `Collisions`."""
     work, unused, results = room.scratch, room.unused, room.results
+    count = impact.contacts + impact.shafts
     solve_collisions(
         Collisions(
-            room.properties[: impact.contacts],
+            room.properties[:count],
             params.law,
-            params.exponent,
             room.bodies[: impact.bodies],
             moves,
             interval,
+            swing,
             delassus=unused,
             velocity=unused[0],
-            distances=moves,
+            distances=moves or swing > 0.0,
             lengths=unused[0],
             tolerance=room.tolerance,
         ),
-        Scratch(work.contacts[: impact.contacts], work.workspace, work.progress),
+        Scratch(work.contacts[:count], work.workspace, work.progress),
         Results(
             results.contacts,
             results.bodies,

@@ -7,6 +7,7 @@ from billiard_shot.compiled import inner
 from billiard_shot.records import record, Vector3
 
 THE_CUE = -3  # in place of the index of a ball; see also NOTHING and IMPACT
+LONGEST_SWING = 6e-3  # s, of the end of a cue after tip and ball parted: then it is at rest
 LONGEST_FOLLOW_THROUGH = 1.0  # s: nobody follows through for longer, however slowly
 # A tip chatters if it touches the ball again so soon after it touched it first [s], while the ball
 # is lower above the cloth than this [m]. Nobody can tell it from a strike with one hit.
@@ -23,12 +24,14 @@ class CueParams(NamedTuple):
     response: float  # 1/kg, of the tip along the axis of the cue: 1 / mass of the cue
     across: float  # 1/kg, across the axis: 1 / mass of the end of the cue
     reach: float  # m, between the centres of tip and ball as they touch
-    friction: float  # of tip and ball, like the next two
+    friction: float  # of tip and ball, like the next three
     restitution: float
     stiffness: float
+    exponent: float
     cloth_friction: float
     cloth_restitution: float
     cloth_stiffness: float
+    cloth_exponent: float
     ball_stiffness: float  # of two balls
     nose_stiffness: float  # of a cushion
     neighbour_reach: float  # m: balls and cushions at so small distances take part
@@ -41,10 +44,13 @@ class CueParams(NamedTuple):
     # Sine of the elevation from which normals move in every strike. Below it, a strike with one
     # hit, that reaches only the cloth, keeps the normals of the first touch, see docs/limits.md.
     normals_move_from: float
+    # Spring [N/m] and dashpot [kg/s] that hold the end to the axis; 0: it swings back at once.
+    end_stiffness: float = 0.0
+    end_damping: float = 0.0
 
 
 NO_CUE = CueParams(
-    *(0.0,) * 3, 0.0, 1.0, 1.0, 0.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0, inf, True, False, 0.0, inf
+    *(0.0,) * 4, 1.0, 1.0, 1.0, 0.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0, inf, True, False, 0.0, inf
 )
 
 

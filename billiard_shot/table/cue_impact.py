@@ -7,7 +7,7 @@ from billiard_shot.numerics.frames import contact_axes
 from billiard_shot.records import Floats, Vector
 from billiard_shot.table.cue import CueParams
 
-# Contacts of an impact with the cue: tip and ball 0, ball 0 and cloth.
+# Contacts of an impact with the cue: tip and ball 0, ball 0 and cloth. The shaft comes last.
 TIP_CONTACT, CLOTH_CONTACT = 0, 1
 MAX_HITS = 8  # of a cue that follows: then it is taken away
 UP = 0.0, 0.0, 1.0
@@ -37,14 +37,50 @@ def write_contact(c: ContactProperties, a: int, b: int, gap: float) -> None:
     c.body_a, c.body_b, c.gap = a, b, gap
     c.tangent[0], c.tangent[1], c.tangent[2] = UP
     c.fading, c.decay, c.early_softening, c.softening = 0.0, 0.0, 0.0, 0.0
-    c.keeps_normal, c.max_closings = False, UNLIMITED
+    c.keeps_normal, c.max_closings, c.is_shaft = False, UNLIMITED, False
+
+
+@inner
+def shafts_of(q: CueParams) -> int:
+    """Return the number of contacts that are shafts: 1, or 0 if the end of the cue is free."""
+    return 1 if q.end_stiffness > 0.0 or q.end_damping > 0.0 else 0
+
+
+@inner
+def write_shaft(
+    q: CueParams, axis: Vector, n: Vector, tip: int, cloth: int, c: ContactProperties, axes: Floats
+) -> None:
+    """
+    Write the shaft of a cue.
+
+    Parameters
+    ----------
+    q : CueParams
+    axis, n : (3,) floats
+        As of `set_tip_and_cloth`. If these and the vertical are in one plane, so is the first
+        tangent.
+    tip, cloth : int
+        The bodies; the shaft does not move the cloth.
+    c : ContactProperties
+        Written.
+    axes : (3, 3) floats
+        Scratch.
+
+    """
+    write_contact(c, tip, cloth, 0.0)
+    c.friction, c.restitution, c.stiffness, c.exponent = 0.0, 0.0, 0.0, 1.0
+    c.is_shaft, c.keeps_normal = True, True
+    c.spring, c.damping = q.end_stiffness, q.end_damping
+    contact_axes(axis, n, UP, axes, 0)
+    for k in range(3):
+        c.tangent[k] = axes[1][k]
 
 
 @inner
 def set_cloth(q: CueParams, c: ContactProperties) -> None:
     """Set the properties of a contact with the cloth, whose normal never turns."""
     c.friction, c.restitution = q.cloth_friction, q.cloth_restitution
-    c.stiffness, c.keeps_normal = q.cloth_stiffness, True
+    c.stiffness, c.exponent, c.keeps_normal = q.cloth_stiffness, q.cloth_exponent, True
     c.max_closings = UNLIMITED if q.on_cloth else 0
 
 
@@ -74,7 +110,8 @@ def set_tip_and_cloth(
         Scratch.
 
     """
-    tip.friction, tip.restitution, tip.stiffness = q.friction, q.restitution, q.stiffness
+    tip.friction, tip.restitution = q.friction, q.restitution
+    tip.stiffness, tip.exponent = q.stiffness, q.exponent
     tip.max_closings = MAX_HITS if q.follow_through > 0.0 else 1
     set_cloth(q, cloth)
     contact_axes(n, axis, UP, axes, 0)

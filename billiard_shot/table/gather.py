@@ -7,7 +7,7 @@ impact of balls alone a cushion takes no part: its contact is so long that balls
 after the other.
 
 Bodies are the balls, then tip and cloth, then edges of cushions and, beside these, the cloth under
-other balls. The contacts of the cue, TIP_CONTACT and CLOTH_CONTACT, come first.
+other balls. The contacts of the cue come first (cue_impact.py).
 """
 
 from math import sqrt
@@ -26,9 +26,11 @@ from billiard_shot.table.cue_impact import (
     CLOTH_CONTACT,
     set_cloth,
     set_tip_and_cloth,
+    shafts_of,
     TIP_CONTACT,
     write_contact,
     write_fixed,
+    write_shaft,
     write_tip,
 )
 from billiard_shot.table.cushion import advance_free
@@ -78,6 +80,7 @@ class ClusterImpact(NamedTuple):
     members: int  # balls that take part
     bodies: int  # with tip, cloth and edges
     contacts: int
+    shafts: int  # contacts beside these, which come last: the shaft of the cue, or none
 
 
 @inner
@@ -116,7 +119,8 @@ def gather(
     if with_cue and not table.numbers.endless:
         for k in range(members):
             bodies, contacts = add_edges(table, room, k, members, bodies, contacts, reach=reach)
-    return ClusterImpact(time, first, other, with_cue, begin, members, bodies, contacts)
+    shafts = add_shaft(table, cues[number], members, contacts, room) if with_cue else 0
+    return ClusterImpact(time, first, other, with_cue, begin, members, bodies, contacts, shafts)
 
 
 @inner
@@ -200,6 +204,22 @@ def add_cue(
 
 
 @inner
+def add_shaft(
+    table: TableModel, cue: CueRecord, members: int, contacts: int, room: ImpactRoom
+) -> int:
+    """Add the shaft of the cue after all contacts; return the number of shafts."""
+    q, work = table.cue, room.scratch.workspace
+    shafts = shafts_of(q)
+    if shafts > 0:
+        n, ball, tip = work.vector[0], room.bodies[0].position, room.bodies[members].position
+        for k in range(3):
+            n[k] = tip[k] - ball[k]
+        shaft = room.properties[contacts]
+        write_shaft(q, cue.axis, n, members, members + 1, shaft, axes=work.polynomials)
+    return shafts
+
+
+@inner
 def add_pairs(
     table: TableModel, room: ImpactRoom, members: int, contacts: int, reach: float, with_cue: bool
 ) -> int:
@@ -225,7 +245,7 @@ def add_pairs(
                 c.tangent[2] = 0.0
             c.friction = friction_of_balls(n, 0.0)
             c.fading, c.decay = n.friction_slow, n.friction_decay
-            c.restitution = n.ball_restitution
+            c.restitution, c.exponent = n.ball_restitution, table.params.exponent
             c.stiffness = table.cue.ball_stiffness if with_cue else stiffness
     return contacts
 
@@ -269,7 +289,8 @@ def add_edges(
         c.friction, c.restitution = n.cushion_friction, n.cushion_restitution
         c.early_softening = n.cushion_early_fading * sqrt(2.0 / table.params.mass)
         c.softening = 2.0 * n.cushion_fading * n.cushion_fading / table.params.mass
-        c.stiffness, c.keeps_normal = table.cue.nose_stiffness, True
+        c.stiffness, c.exponent = table.cue.nose_stiffness, table.params.exponent
+        c.keeps_normal = True
     if found and member > 0 and contacts < len(room.properties):
         connect(table, room, contacts, member, members + 1, place[2] - radius)
         set_cloth(table.cue, room.properties[contacts])

@@ -27,13 +27,22 @@ from billiard_shot.table.cluster import (
     solve_bodies,
     takes_part,
 )
-from billiard_shot.table.cue import chatters, CueParams, CueRecord, follow_through_time, THE_CUE
+from billiard_shot.table.cue import (
+    chatters,
+    CueParams,
+    CueRecord,
+    follow_through_time,
+    LONGEST_SWING,
+    THE_CUE,
+)
 from billiard_shot.table.cue_impact import (
     CLOTH_CONTACT,
     set_tip_and_cloth,
+    shafts_of,
     TIP_CONTACT,
     write_contact,
     write_fixed,
+    write_shaft,
     write_tip,
 )
 from billiard_shot.table.gather import (
@@ -52,8 +61,6 @@ from billiard_shot.table.simulation_state import energy_of, log_event, Simulatio
 # a cue in a central hit. At 2 m/s and 1.3 ms these are 0.2 and 1 mm. Grip fades with the pressure:
 # the tip slips as it leaves a ball that the cloth still pushes, and nobody calls that a miscue.
 MISCUE_TO_PEAK, MISCUE_IN_ALL = 0.077, 0.38
-# Tip, cloth and ball 0 alone, whose contacts keep their normals.
-STEADY = ClusterImpact(0.0, 0, THE_CUE, True, 0.0, members=1, bodies=3, contacts=2)
 
 
 @inner
@@ -69,7 +76,7 @@ def strike(
 
     If others are near or the stroke is steep, bodies move at first. If it is not steep, and the
     ball reaches no others, normals stay. If tip or cloth then meet the ball again, bodies move
-    after all.
+    after all; so they do in a miscue with a shaft, whose tip often meets the ball again.
     """
     q, cue = table.cue, cues[number]
     near = cue.others
@@ -77,13 +84,14 @@ def strike(
     slow = cue.speed * q.tip_duration < table.params.radius
     tolerance = CUE_IMPACT_TOLERANCE if near else min(cue.tolerance, CUE_IMPACT_TOLERANCE)
     steep = slow and -cue.axis[2] >= q.normals_move_from
-    impact, moving = STEADY, near or steep
+    impact, moving = steady_impact(q), near or steep
     if moving:
         impact = solve_near(table, s, cues, number, room, tolerance)
     if not steep and not (moving and reaches_others(impact, room)):
-        impact = STEADY
-        solve_steady(table, cue, room)
-        moving = q.follow_through > 0.0 and q.moves and repeats(room)
+        impact = steady_impact(q)
+        solve_steady(table, cue, impact, room)
+        again = repeats(room) or (impact.shafts > 0 and miscues(q, cue, room))
+        moving = q.follow_through > 0.0 and q.moves and again
         if moving:
             impact = solve_near(table, s, cues, number, room, tolerance)
     cue.others = reaches_others(impact, room)
@@ -105,19 +113,39 @@ def solve_near(
     meeting = Meeting(0.0, 0, THE_CUE, q.neighbour_reach)
     impact = gather(table, s, cues, number, meeting, room)
     room.tolerance[0] = tolerance
-    solve_bodies(params, impact, room, q.moves, q.interval, logs=True)
+    solve_bodies(params, impact, room, q.moves, q.interval, swing_time(q), logs=True)
     return impact
 
 
 @inner
-def solve_steady(table: TableModel, cue: CueRecord, room: ImpactRoom) -> None:
-    """Solve the impact `STEADY`."""
+def steady_impact(q: CueParams) -> ClusterImpact:
+    """Return the impact of tip, cloth and ball 0 alone, whose contacts keep their normals."""
+    return ClusterImpact(
+        0.0, 0, THE_CUE, True, 0.0, members=1, bodies=3, contacts=2, shafts=shafts_of(q)
+    )
+
+
+@inner
+def swing_time(q: CueParams) -> float:
+    """How long the end of a cue with a shaft, that may hit again, swings at most [s]."""
+    swings = q.moves and q.follow_through > 0.0 and shafts_of(q) > 0
+    return LONGEST_SWING if swings else 0.0
+
+
+@inner
+def solve_steady(
+    table: TableModel, cue: CueRecord, impact: ClusterImpact, room: ImpactRoom
+) -> None:
+    """Solve the impact of `steady_impact`."""
     q, params, n = table.cue, table.params, cue.normal
     ball, tip, cloth = room.bodies[0], room.bodies[1], room.bodies[2]
     upper, lower = room.properties[TIP_CONTACT], room.properties[CLOTH_CONTACT]
     write_contact(upper, 1, 0, 0.0)
     write_contact(lower, 0, 2, 0.0)
     set_tip_and_cloth(q, cue.axis, n, upper, lower, room.scratch.workspace.polynomials)
+    if impact.shafts > 0:
+        shaft, axes = room.properties[impact.contacts], room.scratch.workspace.polynomials
+        write_shaft(q, cue.axis, n, 1, 2, shaft, axes=axes)
     write_tip(q, cue.axis, cue.speed, tip)
     write_fixed(cloth, PLANE, 0.0, 0.0, 1.0)
     cloth.position[2] = -params.radius
@@ -127,7 +155,7 @@ def solve_steady(table: TableModel, cue: CueRecord, room: ImpactRoom) -> None:
     for k in range(3):
         tip.position[k] = q.reach * n[k]
     room.members[0], room.tolerance[0] = 0, cue.tolerance
-    solve_bodies(params, STEADY, room, False, inf, logs=True)
+    solve_bodies(params, impact, room, False, inf, swing_time(q), logs=True)
 
 
 @inner
@@ -135,6 +163,13 @@ def repeats(room: ImpactRoom) -> bool:
     """Whether tip or cloth meet the ball again."""
     results = room.results.contacts
     return max(results[TIP_CONTACT].closings, results[CLOTH_CONTACT].closings) > 1
+
+
+@inner
+def miscues(q: CueParams, cue: CueRecord, room: ImpactRoom) -> bool:
+    """Whether the tip slid too far in its first hit; the cue has the speed of the stroke."""
+    tip, way = room.results.contacts[TIP_CONTACT], cue.speed * q.tip_duration
+    return tip.slid_to_peak > MISCUE_TO_PEAK * way or tip.slid > MISCUE_IN_ALL * way
 
 
 @inner
@@ -217,9 +252,7 @@ def note_strike(
     """
     outcome, contacts = room.results.outcomes[0], room.results.contacts
     tip, cloth = contacts[TIP_CONTACT], contacts[CLOTH_CONTACT]
-    cue.status = outcome.status
-    way = cue.speed * q.tip_duration
-    cue.miscue = tip.slid_to_peak > MISCUE_TO_PEAK * way or tip.slid > MISCUE_IN_ALL * way
+    cue.status, cue.miscue = outcome.status, miscues(q, cue, room)
     cue.tip_time, cue.cloth_time = tip.touched, cloth.touched
     cue.phases, cue.steps, cue.contacts = outcome.phases, outcome.steps, impact.contacts
     cue.hits = max(tip.closings, 1) if moving else 1

@@ -85,6 +85,8 @@ def slow_collide(bodies, contacts, law='bistiffness', exponent=1.0, steps=2000, 
     """
     Solve a collision given as lists of dictionaries with the arguments of Body and Contact.
 
+    Contacts without their own exponent have the given one.
+
     In `steps` steps, twice and four times as many for each period of the fastest spring, and for
     so many `periods` at most.
     """
@@ -101,8 +103,12 @@ def slow_collide(bodies, contacts, law='bistiffness', exponent=1.0, steps=2000, 
     friction = np.array([float(c.get('friction', 0.0)) for c in contacts])
     restitution = np.array([float(c.get('restitution', 1.0)) for c in contacts])
     stiffness = np.array([float(c.get('stiffness', 1.0)) for c in contacts])
-    springs = stiffness / stiffness.max()
-    model = (response, friction, restitution, springs, LAWS.index(law), float(exponent))
+    exponents = np.array([float(c.get('exponent', exponent)) for c in contacts])
+    hardest = stiffness.argmax()
+    power = -1.0 / (exponents[hardest] + 1.0)
+    unit = (stiffness[hardest] * speed ** (exponents[hardest] - 1.0)) ** power if speed else 1.0
+    springs = stiffness * speed ** (exponents - 1.0) * unit ** (exponents + 1.0)
+    model = (response, friction, restitution, springs, LAWS.index(law), exponents)
     runs, finished = [], True
     for factor in (1, 2, 4):
         log = np.zeros((20_000, len(contacts)), np.bool_)
@@ -133,7 +139,7 @@ def leap(model, active, h, u, y, push, new_u, new_y):
             continue
         rate = 1.0 / restitution[j] ** 2 if law == 0 and u[n] > 0.0 else 1.0
         half[j] = y[j] - 0.5 * h * rate * u[n]
-        push[n] = h * stiffness[j] * max(half[j], 0.0) ** exponent
+        push[n] = h * stiffness[j] * max(half[j], 0.0) ** exponent[j]
     for _ in range(3000):
         moved, size = 0.0, 0.0
         for j in range(count):
@@ -195,7 +201,8 @@ def march(model, start, steps, periods, log):
     period = np.inf
     for j in range(count):
         w, k = response[3 * j, 3 * j], stiffness[j]
-        period = min(period, 3.0 * (0.5 * (exponent + 1.0) / (w * k)) ** (1.0 / (exponent + 1.0)))
+        p = exponent[j] + 1.0
+        period = min(period, 3.0 * (0.5 * p / (w * k)) ** (1.0 / p))
     h = period / steps
     phases, idle, lasted = 0, True, 0.0
     last = 1.0
@@ -235,7 +242,7 @@ def march(model, start, steps, periods, log):
                 continue
             if not restoring[j] and u[3 * j] >= 0.0:
                 restoring[j] = True
-                part = (1.0 - restitution[j] ** 2) ** (1.0 / (exponent + 1.0))
+                part = (1.0 - restitution[j] ** 2) ** (1.0 / (exponent[j] + 1.0))
                 goal[j] = y[j] * part if law == 1 else (y[j] if restitution[j] == 0.0 else 0.0)
             elif restoring[j] and u[3 * j] < -1e-13:
                 restoring[j] = False

@@ -48,6 +48,7 @@ def test_bodies(field, value):
         ('friction', np.inf),
         ('stiffness', 0.0),
         ('stiffness', np.nan),
+        ('exponent', 0.9),
     ],
 )
 def test_contacts(field, value):

@@ -85,9 +85,9 @@ def test_the_rest_of_a_decaying_sequence_is_added_at_once(name):
 @pytest.mark.parametrize('ratio', [0.1, 0.9, 0.99])
 def test_cycles_to_come_add_up_as_a_geometric_series(ratio):
     """Velocities and impulses shrink with the ratio, energies with its square or a mixture."""
-    model = Model(ENERGETIC, 1.0, 1e-12, False, False, 0, False, math.inf)
+    model = Model(ENERGETIC, 1e-12, False, False, 0, False, math.inf)
     contact = ContactState()
-    contact.stiffness = 1.0
+    contact.stiffness = contact.exponent = 1.0
     ws = workspace(OBJECTS, 1, TABLEAUS[OBJECTS])
     for i in range(3):
         ws.delassus[i][i] = 1.0
@@ -99,8 +99,8 @@ def test_cycles_to_come_add_up_as_a_geometric_series(ratio):
     first, last, now = (
         (limit + ratio**n * once + ratio ** (2 * n) * twice).tolist() for n in range(3)
     )
-    size = geometric_tail.amplitude(model, [contact], ws, last, first)
-    found = geometric_tail.amplitude(model, [contact], ws, now, last) / size
+    size = geometric_tail.amplitude([contact], ws, last, first)
+    found = geometric_tail.amplitude([contact], ws, now, last) / size
     assert found == pytest.approx(ratio, rel=1e-14)
     assert geometric_tail.is_geometric(model, [contact], ws, now, last, first, ratio)
     geometric_tail.add_cycles([contact], now, last, first, ratio)

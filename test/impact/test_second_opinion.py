@@ -86,6 +86,31 @@ def test_hertz_contacts(law):
 
 
 @pytest.mark.parametrize('law', LAWS)
+@pytest.mark.parametrize('exponents', [(1.5, 1.0), (1.0, 2.0)])
+def test_contacts_with_exponents_of_their_own(law, exponents):
+    """Springs of 150 and 100 N/mm at a compression of 1 mm, and only there."""
+    rng = np.random.default_rng(6)
+    for _ in range(30):
+        bodies, contacts = random_shot(rng)
+        for contact, force, exponent in zip(contacts, (150.0, 100.0), exponents, strict=True):
+            contact |= {'exponent': exponent, 'stiffness': force / 1e-3**exponent}
+        agree((bodies, contacts), 1e-5, law=law)
+
+
+def test_only_with_equal_exponents_stiffnesses_have_no_scale():
+    """Ten times as firm springs change nothing if all are linear, and much if one is not."""
+
+    def velocity(exponent, factor):
+        bodies, contacts = shot(*SHOTS['jump'])
+        for contact, own in zip(contacts, (exponent, 1.0), strict=True):
+            contact |= {'exponent': own, 'stiffness': factor * 100.0 / 1e-3**own}
+        return run((bodies, contacts), tolerance=1e-10).velocities[1]
+
+    np.testing.assert_allclose(velocity(1.0, 10.0), velocity(1.0, 1.0), rtol=1e-9)
+    assert np.abs(velocity(1.5, 10.0) - velocity(1.5, 1.0)).max() > 1e-3
+
+
+@pytest.mark.parametrize('law', LAWS)
 @pytest.mark.parametrize('name', SHOTS)
 def test_paper_shots_agree(law, name):
     setup = shot(*SHOTS[name])

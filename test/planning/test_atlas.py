@@ -1,6 +1,7 @@
 """An atlas: the same whoever makes it, and never the same work twice."""
 
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 import json
 import math
 import os
@@ -14,6 +15,7 @@ from hypothesis import strategies as st
 from layouts import cloth_with, table_with
 import numpy as np
 import pytest
+from setups import SLOW_CLOTH
 
 from billiard_shot import plan, Scene, Status
 from billiard_shot.cli import main
@@ -33,6 +35,9 @@ from billiard_shot.planning.atlas.layouts import borders, grid, scene_at
 from billiard_shot.scene import Noise
 
 SCENE = table_with(cue=(-0.4, 0), b8=(0.5, 0.2), b1=(0.2, -0.3))
+# As scenes were before contacts had durations.
+RATIO = Scene.from_dict({'like': 'pool', 'contacts': SLOW_CLOTH}).contacts
+SLOW = replace(SCENE, contacts=RATIO)
 SMALL = AtlasRequest(ball='8', cue_grid=(3, 2), budget=120)
 
 
@@ -342,6 +347,11 @@ def test_a_line_that_was_not_finished_is_done_again(alone, tmp_path):
             table_with(cue=(-0.4, 0), b8=(0.5, 0.2), b1=(0.2, -0.25)),
             {},
             r'scene.balls.1: \[0.2, -0.3\] in the file, \[0.2, -0.25\] in the request',
+        ),
+        (
+            SLOW,
+            {},
+            'scene.contacts.ball_table.duration: 0.0007 in the file, not given in the request',
         ),
     ],
 )

@@ -13,10 +13,12 @@ between them. In each step:
    discs, found contact by contact, in sweeps.
 4. Normals are those of the positions of the step; a cushion keeps the normal of its closing.
 
-The light end of the cue moves across the cue's axis while the tip touches the ball. When they
-part, the end is back on the axis at once, and the tip at least as far back as to touch the ball.
-If the ball then comes toward the tip, they touch again only after they were apart, or once the
-ball presses a ball or cushion.
+The light end of the cue moves across the cue's axis while the tip touches the ball. If a shaft
+holds it, a spring and a dashpot pull it back all the time, and the tip touches the ball wherever
+they meet. Then the integration goes on for the time of a swing after nothing was pressed first.
+Without a shaft the end is back on the axis at once when tip and ball part, and the tip at least as
+far back as to touch the ball. If the ball then comes toward the tip, they touch again only after
+they were apart, or once the ball presses a ball or cushion.
 """
 
 import math
@@ -52,6 +54,7 @@ class Springs(NamedTuple):
     early: np.ndarray  # s/m
     softening: np.ndarray  # s/m
     stiffness: np.ndarray  # N/m^exponent
+    exponent: np.ndarray
 
 
 @njit
@@ -93,11 +96,11 @@ def _relative(s, j, n, radius, push, velocity, spin):
 
 @njit
 def _apply(s, j, n, p, cue, mass, inertia, radius, push, velocity, spin):
-    """Let an impulse p act at a contact; `cue`: 1/mass, 1/end mass and axis."""
+    """Let an impulse p act at a contact; `cue` as of `integrate`."""
     a = s.a[j]
     if j == 0:
-        along = (p * cue[2:]).sum()
-        push += cue[1] * (p - along * cue[2:]) + cue[0] * along * cue[2:]
+        along = (p * cue[2:5]).sum()
+        push += cue[1] * (p - along * cue[2:5]) + cue[0] * along * cue[2:5]
         velocity[0] -= p / mass
         spin[0] -= _cross(radius * n, p) / inertia
         return
@@ -109,17 +112,18 @@ def _apply(s, j, n, p, cue, mass, inertia, radius, push, velocity, spin):
 
 
 @njit
-def integrate(s, cue, exponent, mass, inertia, radius, reach, tip, speed, place, most, step, end):
+def integrate(s, cue, mass, inertia, radius, reach, tip, speed, place, most, step, end):
     """
     Integrate a strike until nothing is pressed.
 
     Parameters
     ----------
     s : Springs
-    cue : (5,) floats
-        1 / mass and 1 / end mass [1/kg], and the axis.
-    exponent, mass, inertia, radius, reach : float
-        Of the springs; of a ball; distance of the centres of tip and ball that touch [m].
+    cue : (8,) floats
+        1 / mass and 1 / end mass [1/kg], and the axis; spring [N/m] and dashpot [kg/s] of the
+        shaft, and the time of a swing [s].
+    mass, inertia, radius, reach : float
+        Of a ball; distance of the centres of tip and ball that touch [m].
     tip, speed : (3,) floats [m], float [m/s]
     place : (balls, 3) floats [m], changed
     most : int
@@ -136,7 +140,7 @@ def integrate(s, cue, exponent, mass, inertia, radius, reach, tip, speed, place,
     time : float
 
     """
-    count, axis = len(s.kind), cue[2:]
+    count, axis, shaft, first_end = len(s.kind), cue[2:5], cue[5] + cue[6] > 0.0, math.inf
     velocity, spin = np.zeros_like(place), np.zeros_like(place)
     tip, push, origin = tip.copy(), speed * axis, tip.copy()
     y, rate = np.zeros(count), np.ones(count)
@@ -175,7 +179,8 @@ def integrate(s, cue, exponent, mass, inertia, radius, reach, tip, speed, place,
             if pressed[j]:
                 if opening >= 0.0 and not restores[j]:
                     restores[j] = True
-                    energy = s.stiffness[j] * y[j] ** (exponent + 1.0) / (exponent + 1.0)
+                    power = s.exponent[j] + 1.0
+                    energy = s.stiffness[j] * y[j] ** power / power
                     fast = math.sqrt(2.0 * energy / mass)
                     fall = 1.0 + s.early[j] * fast + (s.softening[j] * fast) ** 2
                     rate[j] = max(s.restitution[j] / fall, 0.05) ** -2
@@ -186,7 +191,7 @@ def integrate(s, cue, exponent, mass, inertia, radius, reach, tip, speed, place,
                     pressed[j], y[j] = False, 0.0
                     ends_at[j] = distance
                     rub[j] = 0.0
-                    if j == 0:
+                    if j == 0 and not shaft:
                         along = ((tip - origin) * axis).sum()
                         tip = origin + along * axis
                         push = (push * axis).sum() * axis
@@ -201,10 +206,16 @@ def integrate(s, cue, exponent, mass, inertia, radius, reach, tip, speed, place,
             slip_before[j] = math.sqrt((slide * slide).sum())
             active = active or pressed[j]
         if not active and time > 0.0:
+            first_end = min(first_end, time)
+        if time >= first_end + (cue[7] if shaft else 0.0):
             break
+        aside = tip - origin
+        aside = cue[5] * (aside - (aside * axis).sum() * axis)
+        aside += cue[6] * (push - (push * axis).sum() * axis)
+        push -= step * cue[1] * aside
         for j in range(count):
             if pressed[j]:
-                p = step * s.stiffness[j] * y[j] ** exponent * normal[j] + rub[j]
+                p = step * s.stiffness[j] * y[j] ** s.exponent[j] * normal[j] + rub[j]
                 _apply(s, j, normal[j], p, cue, mass, inertia, radius, push, velocity, spin)
         for _ in range(SWEEPS):
             for j in range(count):
@@ -220,7 +231,7 @@ def integrate(s, cue, exponent, mass, inertia, radius, reach, tip, speed, place,
                 wanted = old - (old * n).sum() * n - slide / yields
                 size = math.sqrt((wanted * wanted).sum())
                 loss = s.fading[j] * (1.0 - math.exp(-s.decay[j] * slip_before[j]))
-                most_rub = (s.friction[j] - loss) * step * s.stiffness[j] * y[j] ** exponent
+                most_rub = (s.friction[j] - loss) * step * s.stiffness[j] * y[j] ** s.exponent[j]
                 if size > most_rub:
                     wanted = wanted * (most_rub / size)
                 rub[j] = wanted

@@ -110,6 +110,7 @@ def test_squirt_is_alciatores(a):
             'cue_ball': {'restitution': 0, 'friction': 0.6, 'duration': 0.0013},
         },
         cue={'end_mass': 0.17 / 30},
+        effects={'shaft': 'off'},
     )
     assert angle(soft) == pytest.approx(his(30), rel=1e-3)
     assert angle(POOL) == pytest.approx(his(30), rel=0.08)

@@ -52,7 +52,7 @@ def test_a_pot_and_a_scratch_are_told():
 
 
 def test_off_the_table_and_nothing_hit_are_told():
-    jump = Stroke.from_offsets(elevation_deg=40, speed=8)
+    jump = Stroke.from_offsets(elevation_deg=30, speed=8)
     shot = predict(scene_of(cue=(0.9, 0.0), one=(-0.5, 0.3)), jump)
     assert shot.off_table == ('cue',)
     assert shot.scratched

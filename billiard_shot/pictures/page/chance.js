@@ -57,7 +57,7 @@ function clearClouds() {
 }
 
 const clouds = () => Object.entries(CLOUDS)
-  .map(([name, colour]) => ({ name, colour, width: 2, opacity: 0.5 }));
+  .map(([name, colour]) => ({ name, colour, width: 2, opacity: 0.35 }));
 
 const inWords = ({ ball, pocket }) => `${ballInWords(ball)} into ${placeInWords(pocket ?? 'any pocket')}`;
 

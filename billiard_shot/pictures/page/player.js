@@ -94,7 +94,7 @@ function step(now) {
   if (time < end()) requestAnimationFrame(step);
   else {
     play(false);
-    giveHint('⏮ leads back to the start; Go on plays from here.');
+    giveHint('↺ leads back to the start; Go on plays from here.');
   }
 }
 

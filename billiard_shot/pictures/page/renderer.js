@@ -1,11 +1,13 @@
 // Draws the table, the balls and the cue with WebGL, as seen by a camera. What does not move is drawn
 // once for a camera, and copied into each frame: its light takes much longer than all else.
 
+const SHADE = 12; // radii, as far as which balls shade each other
+
 class Renderer {
   constructor(canvas, data) {
     this.canvas = canvas;
     this.data = data;
-    this.gl = canvas.getContext('webgl2', { antialias: true, alpha: true, premultipliedAlpha: true });
+    this.gl = canvas.getContext('webgl2', { antialias: false, alpha: true, premultipliedAlpha: true });
     if (!this.gl) throw new Error('This browser has no WebGL 2, which the table is drawn with.');
     const { gl } = this;
     gl.enable(gl.DEPTH_TEST);
@@ -137,7 +139,7 @@ class Renderer {
   draw(camera, balls, cue, lines, dots) {
     const { gl } = this;
     const ratio = this.resize();
-    this.light = this.lightOf(camera, balls, cue);
+    this.light = this.lightOf(camera, cue);
     gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
     this.drawStill(camera);
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
@@ -149,6 +151,7 @@ class Renderer {
     this.drawBalls(balls);
     if (cue.opacity > 0) {
       const solid = this.use('solid');
+      gl.uniform1i(solid.round, 1);
       gl.uniform1f(solid.opacity, cue.opacity);
       gl.uniformMatrix4fv(solid.model, false, poseAlong(cue.direction, cue.tip));
       this.render(this.cue);
@@ -169,8 +172,9 @@ class Renderer {
     gl.viewport(0, 0, width, height);
     gl.clearColor(0, 0, 0, 0);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
-    const solid = this.use('solid', { count: 0 });
+    const solid = this.use('solid');
     gl.uniformMatrix4fv(solid.model, false, pose([0, 0, 0, 1], [0, 0, 0]));
+    gl.uniform1i(solid.round, 0);
     gl.uniform1f(solid.opacity, 1);
     gl.uniform1f(solid.fade, Math.max(3.2 * camera.distance, 1.5));
     const holes = data.table ? data.table.holes.flat() : [];
@@ -231,9 +235,11 @@ class Renderer {
     gl.depthMask(false);
     gl.blendFuncSeparate(gl.DST_COLOR, gl.ZERO, gl.ZERO, gl.ONE);
     const { lamp } = this.light;
-    balls.forEach(({ place: [x, y, z], opacity }) => {
+    balls.forEach((ball) => {
+      const { place: [x, y, z], opacity } = ball;
       if (opacity <= 0.5 || z < 0 || z > 0.8 * lamp[2]) return;
-      const places = this.use('shadow', { count: 1, spheres: new Float32Array([x, y, z, radius]) });
+      const places = this.use('shadow');
+      this.shade(places, [ball]);
       // from the ends of the lamp, the shadow of the ball is farther away
       const away = z / (lamp[2] - z);
       const wide = radius * (3 + 2.5 * away);
@@ -243,7 +249,7 @@ class Renderer {
       this.strip(1);
     });
     if (cue.opacity > 0) {
-      const places = this.use('shadow', { count: 0 });
+      const places = this.use('shadow');
       const butt = add(cue.tip, cue.direction, -length);
       const [mx, my] = scale(add(cue.tip, butt), 0.5);
       gl.uniform4f(places.area, mx, my, Math.abs(butt[0] - mx) + 0.2, Math.abs(butt[1] - my) + 0.2);
@@ -296,42 +302,44 @@ class Renderer {
       gl.uniform3fv(places.dots, look.dots);
       gl.uniform1i(places.look, look.kind);
       gl.uniform1f(places.cell, look.cell);
-      gl.uniform1i(places.self, i);
+      this.shade(places, balls.filter((other) => other.opacity > 0.5 && other.place !== place
+        && Math.hypot(...add(other.place, place, -1)) < SHADE * data.scene.radius));
       gl.uniform1f(places.opacity, opacity);
       this.render(this.sphere);
     });
   }
 
-  // What every shader wants to know of the light, and of what casts shadows.
-  lightOf(camera, balls, cue) {
-    const { table, scene: { radius }, cue: { length } } = this.data;
-    const spheres = new Float32Array(4 * MOST_BALLS);
-    balls.slice(0, MOST_BALLS).forEach(({ place, opacity }, i) => {
-      spheres.set([...place, opacity > 0.5 ? radius : 1e-6], 4 * i);
-    });
+  // What every shader wants to know of the light, and of the cue, which casts a shadow.
+  lightOf(camera, cue) {
+    const { table, cue: { length } } = this.data;
     const high = Math.max(1, 0.5 * camera.distance);
+    const [x, y] = camera.target;
     return {
-      camera,
-      lamp: table ? [0, 0, 1.0, 0.36 * table.size[0]] : [camera.target[0], camera.target[1], high, 0.6 * high],
-      spheres, count: Math.min(balls.length, MOST_BALLS),
+      camera, lamp: table ? [0, 0, 1.0, 0.36 * table.size[0]] : [x, y, high, 0.6 * high],
       tip: cue.tip, butt: add(cue.tip, cue.direction, -length), shade: 0.75 * cue.opacity,
     };
   }
 
-  use(name, others = {}) {
-    const { gl } = this;
+  use(name) {
+    const { gl, light: { camera, lamp, tip, butt, shade } } = this;
     const { program, places } = this.programs[name];
-    const { camera, lamp, spheres, count, tip, butt, shade } = { ...this.light, ...others };
     gl.useProgram(program);
     gl.uniformMatrix4fv(places.camera, false, camera.matrix);
     gl.uniform3fv(places.eye, camera.eye);
     gl.uniform4fv(places.lamp, lamp);
-    gl.uniform4fv(places.balls, spheres);
-    gl.uniform1i(places.ballCount, count);
     gl.uniform3fv(places.cueTip, tip);
     gl.uniform3fv(places.cueButt, butt);
     gl.uniform1f(places.cueShade, shade);
+    this.shade(places, []);
     return places;
+  }
+
+  /** Let balls shade what is drawn next. */
+  shade(places, balls) {
+    const { gl, data: { scene: { radius } } } = this;
+    const shading = balls.slice(0, MOST_BALLS);
+    if (shading.length) gl.uniform4fv(places.balls, shading.flatMap(({ place }) => [...place, radius]));
+    gl.uniform1i(places.ballCount, shading.length);
   }
 
   render({ array, count }) {

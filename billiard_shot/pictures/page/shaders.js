@@ -10,8 +10,8 @@ const LIGHT = `
   uniform vec3 cueTip, cueButt;
   uniform float cueShade;
 
-  // Part of the light from a point that balls let through; self: the number of the ball itself.
-  float through(vec3 p, vec3 light, int self) {
+  // Part of the light from a point that balls let through.
+  float through(vec3 p, vec3 light) {
     vec3 way = light - p;
     vec3 d = normalize(way);
     float part = 1.0;
@@ -19,7 +19,7 @@ const LIGHT = `
       vec3 to = balls[i].xyz - p;
       float r = balls[i].w;
       float along = dot(to, d);
-      if (i == self || along <= 0.0) continue;
+      if (along <= 0.0) continue;
       float wide = 0.12 * along + 0.05 * r;
       part *= smoothstep(r - wide, r + wide, length(to - along * d));
     }
@@ -27,10 +27,9 @@ const LIGHT = `
   }
 
   // Part of the sky that balls leave free.
-  float open(vec3 p, vec3 n, int self) {
+  float open(vec3 p, vec3 n) {
     float part = 1.0;
     for (int i = 0; i < ballCount; i++) {
-      if (i == self) continue;
       vec3 to = balls[i].xyz - p;
       float far2 = dot(to, to);
       float r = balls[i].w;
@@ -59,20 +58,26 @@ const LIGHT = `
     return light;
   }
 
-  vec3 lit(vec3 p, vec3 n, vec3 colour, int self, vec3 sky) {
+  vec3 lit(vec3 p, vec3 n, vec3 colour, vec3 sky) {
     float light = 0.0;
     for (int k = -1; k <= 1; k++) {
       vec3 from = lamp.xyz + vec3(float(k) * 0.7 * lamp.w, 0.0, 0.0);
       vec3 way = from - p;
       float far2 = dot(way, way) / (lamp.z * lamp.z);
-      light += max(dot(n, normalize(way)), 0.0) / (0.35 + 0.65 * far2) * through(p, from, self);
+      light += max(dot(n, normalize(way)), 0.0) / (0.35 + 0.65 * far2) * through(p, from);
     }
-    return colour * (0.42 * light + sky * open(p, n, self));
+    return colour * (0.42 * light + sky * open(p, n));
   }
 
   vec4 shown(vec3 light) {
     vec3 soft = light * (1.0 + 0.15 * light) / (1.0 + 0.55 * light);
     return vec4(pow(soft * 1.28, vec3(1.0 / 2.2)), 1.0);
+  }
+
+  // Part of a pixel that is covered, at the edge of something round.
+  float covered(vec3 n, vec3 view) {
+    float edge = max(-dot(n, view), 0.0);
+    return clamp(edge / max(fwidth(edge), 1e-4), 0.0, 1.0);
   }
 
   float hash(vec2 p) { return fract(sin(dot(p, vec2(127.1, 311.7))) * 43758.5453); }
@@ -110,6 +115,7 @@ const SOLID = {
     uniform int holeCount;
     uniform float fade;      // m from the lamp's foot to where an endless cloth ends
     uniform float opacity;
+    uniform bool round;      // its edges are smoothed here, not by more samples
     out vec4 colour;
     ${LIGHT}
     void main() {
@@ -134,7 +140,7 @@ const SOLID = {
         float rings = noise(vec2(grain.x * 3.0, grain.y * 130.0)) + noise(vec2(grain.x * 9.0, grain.y * 420.0));
         base *= 0.72 + 0.28 * rings;
       }
-      vec3 light = lit(p, normal, base, -1, vec3(0.20)); // shadows are drawn later
+      vec3 light = lit(p, normal, base, vec3(0.20)); // shadows are drawn later
       if (kind == ${WOOD} || kind == ${PLAIN}) {   // varnish
         vec3 r = reflect(normalize(p - eye), normal);
         float up = max(r.z, 1e-3);
@@ -144,6 +150,7 @@ const SOLID = {
       }
       colour = shown(light);
       float there = opacity;
+      if (round) there *= covered(normal, normalize(p - eye));
       if (kind == ${FLOOR}) there *= 1.0 - smoothstep(0.55 * fade, fade, distance(p.xy, lamp.xy));
       colour *= there;
     }`,
@@ -170,7 +177,6 @@ const BALL = {
     uniform vec3 dots;       // their colour
     uniform float cell;      // of the number in the picture of numbers
     uniform sampler2D numbers;
-    uniform int self;
     uniform float opacity;
     out vec4 colour;
     ${LIGHT}
@@ -196,7 +202,7 @@ const BALL = {
       vec3 base = paint(normalize(own));
       float down = 0.5 - 0.5 * normal.z;
       vec3 sky = mix(vec3(0.26), vec3(0.02, 0.11, 0.07), down) * (1.0 - 0.5 * down * down);
-      vec3 light = lit(p, normal, base, self, sky);
+      vec3 light = lit(p, normal, base, sky);
       vec3 view = normalize(p - eye);
       vec3 r = reflect(view, normal);
       float fresnel = 0.04 + 0.96 * pow(1.0 - max(dot(-view, normal), 0.0), 5.0);
@@ -206,7 +212,7 @@ const BALL = {
         mirror += 16.0 * (1.0 - smoothstep(0.92, 1.08, abs(q.x) / lamp.w))
                        * (1.0 - smoothstep(0.92, 1.08, abs(q.y) / 0.16));
       }
-      colour = shown(light + 0.9 * fresnel * mirror) * opacity;
+      colour = shown(light + 0.9 * fresnel * mirror) * opacity * covered(normal, view);
     }`,
 };
 
@@ -219,7 +225,7 @@ const LINE = {
     uniform mat4 camera;
     uniform vec2 size;       // of the canvas, in pixels
     uniform float width;     // of lines, in pixels
-    out float along;
+    out float along, across; // m; pixels from the middle of the line
     flat out int motion;
     void main() {
       vec4 a = camera * vec4(here.xyz, 1.0), b = camera * vec4(there.xyz, 1.0);
@@ -228,14 +234,16 @@ const LINE = {
       bool end = gl_VertexID > 1;
       gl_Position = end ? b : a;
       float side = float(gl_VertexID % 2) * 2.0 - 1.0;
-      gl_Position.xy += side * vec2(-d.y, d.x) * width / size * gl_Position.w;
+      gl_Position.xy += side * vec2(-d.y, d.x) * (width + 1.0) / size * gl_Position.w;
+      across = 0.5 * side * (width + 1.0);
       if (pattern < 0.0) gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
       along = end ? there.w : here.w;
       motion = int(pattern);
     }`,
   fragment: `#version 300 es
     precision highp float;
-    in float along;
+    in float along, across;
+    uniform float width;
     flat in int motion;      // 0: a full line, 1: dashes, 2: dots
     uniform vec3 c;
     uniform float opacity;
@@ -243,7 +251,7 @@ const LINE = {
     void main() {
       if (motion == 1 && fract(along / 0.03) > 0.7) discard;
       if (motion == 2 && fract(along / 0.015) > 0.45) discard;
-      colour = vec4(c, 1.0) * opacity;
+      colour = vec4(c, 1.0) * opacity * clamp(0.5 * width + 0.5 - abs(across), 0.0, 1.0);
     }`,
 };
 
@@ -267,7 +275,7 @@ const SHADOW = {
     void main() {
       vec3 n = vec3(0.0, 0.0, 1.0), sky = vec3(0.20);
       float all = ballCount > 0 ? unshaded(p, n) : 1.0;
-      float left = ballCount > 0 ? lit(p, n, vec3(1.0), -1, sky).x / (0.42 * all + sky.x) : underCue(p);
+      float left = ballCount > 0 ? lit(p, n, vec3(1.0), sky).x / (0.42 * all + sky.x) : underCue(p);
       colour = vec4(vec3(pow(left, 1.0 / 1.6)), 1.0);
     }`,
 };

@@ -93,6 +93,8 @@ function whyMissed(shown, target) {
     const gone = add(stateAt(segments, next.time).position, position, -1);
     const far = (vector) => inUnits(Math.hypot(vector[0], vector[1]), 'length');
     reasons.push(`stops after ${far(gone)} of ${far(way)}`);
+  } else if (next?.kind === 'ball') {
+    reasons.push(`meets ${ballInWords(next.balls.find((name) => name !== target.ball))}`);
   } else if (next) reasons.push(next.text.replace(/^.*? (?=meets|leaves)/, ''));
   return `${ball} misses ${pocket}: it ${reasons.join('; ')}`;
 }

@@ -6,7 +6,7 @@ from typing import Any
 from billiard_shot.scene import Scene
 from billiard_shot.shot.effects.context import ShotContext
 from billiard_shot.shot.effects.friction import TableFriction, TipFriction
-from billiard_shot.shot.effects.strike import DoubleHit, EndMass, TableContact, TipCurvature
+from billiard_shot.shot.effects.strike import DoubleHit, EndMass, Shaft, TableContact, TipCurvature
 from billiard_shot.shot.strike_model import strike_model, StrikeModel
 from billiard_shot.table.effects import (
     apply_overrides,
@@ -28,6 +28,7 @@ STRIKE_GATES: tuple[EffectGate[ShotContext], ...] = (
     TipFriction(),
     TableFriction(),
     EndMass(),
+    Shaft(),
     TipCurvature(),
     DoubleHit(),
 )

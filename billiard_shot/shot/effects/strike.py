@@ -41,6 +41,20 @@ class EndMass(EffectGate[ShotContext]):
         )
 
 
+class Shaft(EffectGate[ShotContext]):
+    """If off, the tip moves sideways freely, and swings back at once when it leaves the ball."""
+
+    name = 'shaft'
+    condition = 'the cue is not guided'
+    overrides: ClassVar = {OFF: {'shaft': False}}
+
+    def evaluate(self, context: ShotContext) -> GateDecision:
+        """Ask the cue."""
+        if context.scene.cue.guided:
+            return GateDecision(False, 'the cue is guided: its tip cannot move sideways')
+        return GateDecision(True, 'the shaft pulls the tip back to the axis of the cue')
+
+
 class TipCurvature(EffectGate[ShotContext]):
     """If off, a rounded tip meets the ball where the axis of the cue does."""
 
