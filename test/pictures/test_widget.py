@@ -125,14 +125,18 @@ def test_page_and_widget_follow_each_other(browser, tmp_path):
     (tmp_path / 'notebook.html').write_text(text, encoding='utf-8')
     browser.messages.clear()
     browser.open(tmp_path / 'notebook.html')
-    browser.wait_for("model && model.get('estimate')?.n === 2000")
+    browser.wait_for("globalThis.model?.get('estimate')?.n === 2000")
     # what the page has made of the stroke of Python
     widget.state = browser.run('model.get("state")')
     assert widget.stroke == STROKE
     assert {'noise', 'units', 'drill'} <= widget.state.keys()
     # another stroke of Python comes to both pages
     widget.stroke = OTHER
-    browser.run(f'saved.length = 0, model.set("state", {json.dumps(widget.state)})')
+    late = "new MessageEvent('message', { source: frames[0], data: { type: 'outcome' } })"
+    browser.run(  # while a page still tells of the stroke before
+        f'saved.length = 0; model.set("state", {json.dumps(widget.state)});'
+        f'window.dispatchEvent({late}), 0'
+    )
     browser.wait_for('saved.length >= 2')
     speeds = browser.run('saved.map(({ stroke }) => stroke.speed)')
     assert {*speeds} == {widget.state['stroke']['speed']}
