@@ -41,6 +41,16 @@ def equipment_of(scene: Scene) -> dict[str, Any]:
 @lru_cache(maxsize=16)
 def _equipment(scene: Scene) -> dict[str, Any]:
     base = plain(packed_play(scene))
+    offered = [
+        (each, paths)
+        for each in parameters_of(scene)
+        if each.unit not in LEFT_OUT and (paths := _paths(scene, base, each))
+    ]
+    # an effect may set a number that the scene has so already
+    names = [each.name for each, _ in offered]
+    other = with_parameters(
+        scene, names, [_between(_range(each), TRIED[0]) for each, _ in offered]
+    )
     parameters = [
         {
             'name': each.name,
@@ -49,20 +59,23 @@ def _equipment(scene: Scene) -> dict[str, Any]:
             'range': _range(each),
             'paths': paths,
         }
-        for each in parameters_of(scene)
-        if each.unit not in LEFT_OUT and (paths := _paths(scene, base, each))
+        for each, paths in offered
     ]
-    return {'effects': _effects(scene, base), 'parameters': parameters}
+    return {'effects': _effects([other, scene]), 'parameters': parameters}
 
 
-def _effects(scene: Scene, base: Any) -> dict[str, Any]:
+def _effects(scenes: list[Scene]) -> dict[str, Any]:
+    """List effects; a change has the entries that it sets in one of the scenes."""
     found = {}
-    for field in dataclasses.fields(scene.effects):
-        on = getattr(scene.effects, field.name) != 'off'
-        effects = dataclasses.replace(scene.effects, **{field.name: 'off' if on else 'auto'})
-        other = plain(packed_play(dataclasses.replace(scene, effects=effects)))
-        if change := list(_changes(base, other)):
-            found[field.name] = {'on': on, 'change': change}
+    for name in (field.name for field in dataclasses.fields(scenes[0].effects)):
+        on = getattr(scenes[0].effects, name) != 'off'
+        change: dict[Path, Any] = {}
+        for scene in scenes:
+            effects = dataclasses.replace(scene.effects, **{name: 'off' if on else 'auto'})
+            other = dataclasses.replace(scene, effects=effects)
+            change |= dict(_changes(plain(packed_play(scene)), plain(packed_play(other))))
+        if change:
+            found[name] = {'on': on, 'change': list(change.items())}
     return found
 
 
@@ -76,12 +89,16 @@ def _range(number: Parameter) -> tuple[float, float]:
     return max(number.low, low), min(number.high, high)
 
 
+def _between(bounds: tuple[float, float], part: float) -> float:
+    low, high = bounds
+    return low + part * (high - low)
+
+
 def _paths(scene: Scene, base: Any, number: Parameter) -> list[Path]:
     """Find the entries that are a number of the scene; none if one depends on it otherwise."""
-    low, high = _range(number)
     found: list[list[Path]] = []
     for part in TRIED:
-        value = low + part * (high - low)
+        value = _between(_range(number), part)
         try:
             changed = with_parameters(scene, [number.name], [value])
         except ValueError:  # it does not go together with another number

@@ -233,7 +233,8 @@ function listen() {
     setTime(Number(event.target.value));
   });
   const clicks = {
-    play: () => play(!playing), again: () => setTime(begin()), help: () => element('keys').showModal(), undo, redo, keep: keepShot,
+    play: () => play(!playing), again: () => setTime(begin()), help: () => element('keys').showModal(),
+    undo, redo, keep: keepShot,
     'go-on': goOn, 'begin-drill': beginDrill, try: tryDrill, 'end-drill': () => change({ drill: null }),
     panel: () => {
       document.querySelector('aside').classList.toggle('away');
