@@ -12,7 +12,7 @@ import yaml
 
 from billiard_shot import Scene
 
-PROGRAMS = {'player', 'predict_shot', 'robot'}  # that people start, and that end
+PROGRAMS = {'player', 'predict_shot', 'robot', 'shot_recorder'}  # that people start
 TRUTH = ('false', 'true')
 OTHERS = {'rviz2', 'ros2_control_node', 'spawner'}
 pytestmark = pytest.mark.skipif(not FILE.exists(), reason='needs a source checkout')

@@ -19,7 +19,7 @@ from billiard_shot.scene.placement import CUE_BALL
 
 Path = tuple[str | int, ...]
 TRIED = 0.3, 0.7  # parts of the range of a number at which its entries are looked for
-LEFT_OUT = 'm', 's', 'any unit'  # a page draws lengths; effects use stiffnesses in their own way
+LEFT_OUT = 'm', 's', 'N/m', 'any unit'  # a page draws lengths; effects use springs in other ways
 LARGEST_RATIO = 4.0  # between the bounds of a range and a value without published ones
 
 

@@ -29,7 +29,7 @@ SLOWEST_CUE, FASTEST_FIT, HIGHEST = 0.5, 2.0, 0.3  # m/s of the cue; of b in bal
 ASIDE = 2.0  # ball radii: largest distance of the aim from the middle of the ball
 MAX_FACTOR = 3.0  # factor by which a parameter may change
 USUAL = 0.05  # m: errors of places beyond it count less, because a ball met another on its way
-PARAMETER_STEP = 0.01  # relative change of a parameter for a derivative: outcomes are not smooth
+PARAMETER_STEP = 0.05  # relative change of a parameter for a derivative: outcomes are not smooth
 
 
 def fitted_scene(

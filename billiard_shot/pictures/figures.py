@@ -38,7 +38,7 @@ def jump() -> Shot:
 
 def around() -> Shot:
     """Pot the same ball with a massé around the other one."""
-    stroke = Stroke.from_offsets(a=-0.36, b=-0.11, elevation_deg=56, azimuth_deg=-30.4, speed=1.94)
+    stroke = Stroke.from_offsets(a=-0.3, b=-0.2, elevation_deg=50, azimuth_deg=-20.5, speed=2)
     return predict(Scene.load('blocked'), stroke)
 
 
@@ -63,7 +63,7 @@ FIGURES: Mapping[str, Callable[[Path], None]] = {
     'ping-pong': draw_ping_pong,
     'paper-shots': draw_paper_shots,
     'table-jump': lambda path: _draw(jump(), path, 'A jump over ball 1, elevation 40°'),
-    'table-masse': lambda path: _draw(around(), path, 'A massé around ball 1, elevation 56°'),
+    'table-masse': lambda path: _draw(around(), path, 'A massé around ball 1, elevation 50°'),
     'rack-gaps': draw_rack_gaps,
     'planning-story': draw_planning_story,
     'history': lambda path: draw_history(

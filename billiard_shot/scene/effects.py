@@ -19,11 +19,11 @@ class Effects:
         If `off`, the strike has no contact with the cloth; the ball is put onto it afterwards.
     tip_friction, table_friction : str
         If `off`, the contact with the tip, or with the cloth, has no friction in the strike.
-    end_mass : str
-        If `off`, the tip cannot move sideways, as if the cue were guided.
     shaft : str
         If `off`, nothing holds the tip to the axis of the cue while it touches the ball, and it
         swings back at once when it leaves the ball.
+    end_mass : str
+        If `off`, the tip cannot move sideways, as if the cue were guided.
     tip_curvature : str
         If `off`, a rounded tip touches the ball where the axis of the cue does.
     flight : str
@@ -54,8 +54,8 @@ class Effects:
     table_contact: str = choice(*_SETTINGS, default='auto')
     tip_friction: str = choice(*_SETTINGS, default='auto')
     table_friction: str = choice(*_SETTINGS, default='auto')
-    end_mass: str = choice(*_SETTINGS, default='auto')
     shaft: str = choice(*_SETTINGS, default='auto')
+    end_mass: str = choice(*_SETTINGS, default='auto')
     tip_curvature: str = choice(*_SETTINGS, default='auto')
     flight: str = choice(*_SETTINGS, default='auto')
     bounce: str = choice(*_SETTINGS, default='auto')

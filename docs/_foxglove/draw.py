@@ -34,7 +34,7 @@ HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 SCENE = 'blocked'
 STROKE = Stroke.from_offsets(
-    a=-0.36, b=-0.11, elevation=math.radians(56), azimuth=math.radians(-30.4), speed=1.94
+    a=-0.3, b=-0.2, elevation=math.radians(50), azimuth=math.radians(-20.5), speed=2
 )
 NODES = ('table_display', 'predictor')
 TOPICS = ('/table_display/table', '/table_display/balls', '/predictor/markers')

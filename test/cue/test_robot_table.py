@@ -13,7 +13,8 @@ RUN_UP = 0.05  # m
 def test_the_cue_is_that_of_the_paper_and_the_table_a_pool_table():
     paper, pool = Scene.load('paper'), Scene.load('pool_table')
     assert SCENE.cue == paper.cue
-    assert SCENE.contacts.cue_ball == paper.contacts.cue_ball
+    tip, of_paper = SCENE.contacts.cue_ball, paper.contacts.cue_ball
+    assert (tip.restitution, tip.friction) == (of_paper.restitution, of_paper.friction)
     assert (SCENE.table, SCENE.ball, SCENE.cloth) == (pool.table, pool.ball, pool.cloth)
     assert SCENE.contacts.ball_table == pool.contacts.ball_table
 

@@ -85,7 +85,7 @@ def test_the_rest_of_a_decaying_sequence_is_added_at_once(name):
 @pytest.mark.parametrize('ratio', [0.1, 0.9, 0.99])
 def test_cycles_to_come_add_up_as_a_geometric_series(ratio):
     """Velocities and impulses shrink with the ratio, energies with its square or a mixture."""
-    model = Model(ENERGETIC, 1e-12, False, False, 0, False, math.inf)
+    model = Model(ENERGETIC, 1e-12, False, False, 0, False, math.inf, 0.0)
     contact = ContactState()
     contact.stiffness = contact.exponent = 1.0
     ws = workspace(OBJECTS, 1, TABLEAUS[OBJECTS])

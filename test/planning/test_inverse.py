@@ -8,7 +8,8 @@ from billiard_shot.planning.strikes import strike_alone
 from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.stroke import vectors_of
 
-ONE_HIT = Scene.from_dict({'like': 'pool', 'effects': {'double_hit': 'off'}})
+ONE_HIT = Scene.from_dict({'like': 'pool', 'effects': {'double_hit': 'off', 'shaft': 'off'}})
+SHAFT = Scene.from_dict({'like': 'pool', 'effects': {'double_hit': 'off'}})
 
 
 def random_strokes(count, seed):
@@ -46,10 +47,15 @@ def round_trips(scene, strokes):
 
 
 @pytest.mark.parametrize('count', [60, pytest.param(250, marks=pytest.mark.slow)])
-def test_round_trip(count):
-    """What a stroke gives can be had again; by the same stroke, or by another one as exactly."""
-    residuals, errors = round_trips(ONE_HIT, random_strokes(count, 3))
-    assert (residuals < 1e-6).mean() >= 0.995
+@pytest.mark.parametrize(('scene', 'found'), [(ONE_HIT, 0.995), (SHAFT, 0.97)])
+def test_round_trip(count, scene, found):
+    """
+    What a stroke gives can be had again; by the same stroke, or by another one as exactly.
+
+    With a shaft, some strokes at 58 degrees and more are not found: there the outcome has kinks.
+    """
+    residuals, errors = round_trips(scene, random_strokes(count, 3))
+    assert (residuals < 1e-6).mean() >= found
     same = errors < 1e-6
     assert same.mean() > 0.7
     # where a level stroke came back, it is the same one

@@ -78,7 +78,7 @@ def test_a_batch_gives_what_single_predictions_give():
 
 def test_off_the_table_is_an_outcome():
     scene = scene_of(cue=(0.9, 0.0))
-    jump = Stroke.from_offsets(a=0, b=0, elevation=math.radians(40), azimuth=0, speed=8)
+    jump = Stroke.from_offsets(a=0, b=0, elevation=math.radians(30), azimuth=0, speed=8)
     shot = predict(scene, jump)
     assert shot.status == Status.OFF_TABLE
     assert shot.message.startswith('cue ball off the table; ')

@@ -27,8 +27,8 @@ STRIKE_GATES: tuple[EffectGate[ShotContext], ...] = (
     TableContact(),
     TipFriction(),
     TableFriction(),
-    EndMass(),
     Shaft(),
+    EndMass(),
     TipCurvature(),
     DoubleHit(),
 )
