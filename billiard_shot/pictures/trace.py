@@ -162,7 +162,15 @@ def trace_of_collision(collision: Collision, law: str, tolerance: float = 1e-8) 
 
 
 def trace_of_strike(shot: Shot) -> CollisionTrace:
-    """Trace the strike of a shot; ValueError if it was refused, or the ball touched others."""
+    """
+    Trace the strike of a shot, without the shaft of its cue.
+
+    Raises
+    ------
+    ValueError
+        If it was refused, or the ball touched others.
+
+    """
     if shot.status.refused or len(shot.impact.dissipated) != 2:
         raise ValueError(
             'shot must be a stroke that can be played, of a ball that touches nothing but the '
