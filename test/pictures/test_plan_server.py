@@ -1,7 +1,7 @@
 """The page that `explore --plan` serves: plans for it, and nothing for other pages."""
 
 import asyncio
-from contextlib import closing, suppress
+from contextlib import closing, contextmanager, suppress
 from functools import partial
 from http.client import HTTPConnection
 import json
@@ -278,12 +278,29 @@ def test_a_request_that_is_too_large_is_refused(address):
 # ---- the command ----
 
 
+@contextmanager
+def ended(process):
+    """End a process in any case: a test that fails would wait for it without end."""
+    try:
+        yield
+    finally:
+        process.kill()
+
+
 @pytest.mark.skipif(sys.platform == 'win32', reason='needs signals')
 def test_ctrl_c_ends_it_also_during_a_search():
     command = [sys.executable, '-m', 'billiard_shot.cli', 'explore', 'snooker', '--plan']
-    with subprocess.Popen(
-        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    ) as server:
+    with (
+        subprocess.Popen(
+            command,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            # shells let processes in the background ignore it, and so all that these start
+            preexec_fn=partial(signal.signal, signal.SIGINT, signal.SIG_DFL),
+        ) as server,
+        ended(server),
+    ):
         address = server.stdout.readline().strip()
         with connection(address) as asking:
             headers = {'Origin': origin_of(address)}
