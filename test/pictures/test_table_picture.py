@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from billiard_shot import BallState, predict, Scene, simulate, Stroke
-from billiard_shot.pictures import view
 from billiard_shot.pictures.plan import plan_figure
 from billiard_shot.pictures.table import (
     draw_shot,
@@ -153,12 +152,9 @@ def test_lines_tell_balls_by_colour_and_motions_by_style():
     assert len({legend[motion].get_linestyle() for motion in ('rolls', 'slides')}) == 2
 
 
-@pytest.mark.parametrize(
-    ('colours', 'pale'), [(MOVING_COLOURS, PALE_PATH), (view.PATHS, view.PALE_ON_PAGE)]
-)
-def test_a_break_shows_what_matters(colours, pale):
+def test_a_break_shows_what_matters():
     """Cue ball, first contact, and balls that fall have a colour; the other balls are pale."""
-    trails = trails_of(BREAK)
+    trails, colours, pale = trails_of(BREAK), MOVING_COLOURS, PALE_PATH
     paths = path_colours(trails, colours, pale)
     told = [name for name, colour in paths.items() if colour != pale]
     gone = {name for name in trails.balls if trails.end(name) is None}
