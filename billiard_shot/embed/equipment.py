@@ -1,5 +1,5 @@
 """
-What a page can change in a scene: effects, and numbers of cloth, cushions, balls and cue.
+The changes that a page offers: effects, and numbers of cloth, cushions, balls and cue.
 
 A change is a list of entries of the exported arguments of `play_tables`: the path to each and its
 new value. The page needs no formula for this: it offers those numbers of a scene that are
@@ -35,11 +35,13 @@ def equipment_of(scene: Scene) -> dict[str, Any]:
         the bounds of values to offer (`range`), and the `paths` of its entries.
 
     """
-    return _equipment(dataclasses.replace(scene, balls={CUE_BALL: scene.cue_ball[:2]}))
+    alone = dataclasses.replace(scene, balls={CUE_BALL: scene.cue_ball[:2]})
+    return _equipment(alone, str(alone.to_dict()))
 
 
 @lru_cache(maxsize=16)
-def _equipment(scene: Scene) -> dict[str, Any]:
+def _equipment(scene: Scene, _: str) -> dict[str, Any]:
+    """Scenes with equal numbers may differ in which of them are derived: their text tells."""
     base = plain(packed_play(scene))
     offered = [
         (each, paths)

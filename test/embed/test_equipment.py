@@ -50,6 +50,21 @@ def test_changes_are_those_of_the_changed_scene(name):
         assert changed(base, equipment, effects, parameters) == expected
 
 
+def test_a_number_that_is_derived_follows_after_one_that_is_given():
+    """The sliding friction is that of the cloth, unless it is given, even as the same number."""
+    derived = Scene.load('nine_ball')
+    given = with_parameters(derived, ['cloth.sliding_friction'], [derived.cloth.sliding_friction])
+    assert given == derived
+
+    def paths(scene):
+        offered = equipment_of(scene)['parameters']
+        return next(x['paths'] for x in offered if x['name'] == 'contacts.ball_table.friction')
+
+    sliding = 'layout', 'params', 'sliding_friction'
+    assert sliding not in paths(given)
+    assert sliding in paths(derived)
+
+
 def test_an_effect_that_is_off_can_be_turned_on():
     scene = Scene.from_dict({'like': 'pool_table', 'effects': {'throw': 'off'}})
     throw = equipment_of(scene)['effects']['throw']
