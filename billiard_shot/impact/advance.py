@@ -63,8 +63,10 @@ def advance(m: Model, contacts: list[ContactState], scale: float, order: int, x:
             if resists(c):
                 c.impulse_1 += scale * integral(c.friction_1, order, x)
                 c.impulse_2 += scale * integral(c.friction_2, order, x)
-            if c.closings == 1 and (slips(c) or c.friction == 0.0):
+            if c.closings == 1 and slips(c):
                 c.slid += scale * slip_way(c, order, x)
+            elif c.closings == 1 and c.friction == 0.0:  # only the first slip is known
+                c.slid += scale * x * slip_speed(c)
             if friction_is_explicit(c):
                 c.friction_loss -= scale * friction_work(c, order, x)
     for j in range(len(contacts)):
