@@ -20,6 +20,7 @@ from billiard_shot.scene.errors import InputError, Mistake, MOST_MISTAKES, must_
 from billiard_shot.scene.fields import A_NAME, fits_name
 
 NEEDED, OPTIONAL = ('shot', 'time', 'ball', 'x', 'y'), ('sigma', 'z')
+WRITTEN = *NEEDED, 'sigma'
 NUMBERS = {  # unit, and bounds of the values
     'time': ('s', -1e7, 1e7),
     'x': ('m', -10.0, 10.0),
@@ -71,7 +72,7 @@ def write_csv(recording: Recording, path: Path) -> None:
     """Write the shots of a recording."""
     with path.open('w', encoding='utf-8', newline='') as file:
         writer = csv.writer(file)
-        writer.writerow([*NEEDED, 'sigma'])
+        writer.writerow(WRITTEN)
         for shot in recording.shots:
             for name, track in shot.tracks.items():
                 for time, (x, y), sigma in zip(

@@ -1,5 +1,5 @@
 """
-Launches: what a shot begins with, as numbers that can be fitted, and where the balls go then.
+Launches: the start of a shot as numbers that can be fitted, and the ways of the balls after it.
 
 The numbers of a launch: the speed of the struck ball [m/s]; its direction [rad]; its spin times
 its radius [m/s] about the axes by which it rolls (follow), turns about the vertical (side), and
@@ -15,7 +15,7 @@ import numpy as np
 from billiard_shot.calibration.recording import Floats, Frame
 from billiard_shot.calibration.watched import Watched
 from billiard_shot.scene import Scene
-from billiard_shot.scene.placement import CUE_BALL
+from billiard_shot.scene.placement import CUE_BALL, nose_standoff
 from billiard_shot.shot.predict import predict
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.status import Status
@@ -172,8 +172,7 @@ def _apart(scene: Scene, places: Floats) -> Floats:
                 places[:, i] -= push * between
                 places[:, j] += push * between
         if scene.table is not None and not scene.table.pockets:
-            height = scene.table.cushion.height
-            nose = 2.0 * scene.ball.radius * math.sqrt(height * (1.0 - height)) + GAP
+            nose = nose_standoff(scene.table.cushion, scene.ball.radius) + GAP
             half = np.array([scene.table.length, scene.table.width]) / 2.0 - nose
             places = np.clip(places, -half, half)
     return places

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import yaml
 
-from billiard_shot.calibration.csv_file import LONGEST_SHOT, NEEDED
+from billiard_shot.calibration.csv_file import LONGEST_SHOT, WRITTEN
 from billiard_shot.perception.sightings import Balls
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.stroke import Stroke
@@ -72,14 +72,7 @@ class ShotLog:
         if self._shot:
             self._write()
         self._shot, self._struck = shot, time
-        a, b, elevation, azimuth, speed = stroke.offsets
-        self._content.setdefault('strokes', {})[shot] = {
-            'a': round(a, 6),
-            'b': round(b, 6),
-            'elevation_deg': round(math.degrees(elevation), 6),
-            'azimuth_deg': round(math.degrees(azimuth), 6),
-            'speed': round(speed, 6),
-        }
+        self._content.setdefault('strokes', {})[shot] = stroke.in_degrees()
 
     def _write(self) -> str:
         """Write the shot, and forget it; return its name."""
@@ -87,7 +80,7 @@ class ShotLog:
         with self._path.open('a', encoding='utf-8', newline='') as file:
             writer = csv.writer(file)
             if new:
-                writer.writerow([*NEEDED, 'sigma'])
+                writer.writerow(WRITTEN)
             for time, balls in self._seen:
                 writer.writerows(self._rows(time, balls))
         self._about.write_text(yaml.safe_dump(self._content), encoding='utf-8')

@@ -14,7 +14,7 @@ from billiard_shot.calibration.check import Check, quantiles, SPANS
 from billiard_shot.calibration.estimate import Estimate
 from billiard_shot.calibration.result import Calibration
 from billiard_shot.calibration.scene_file import KEPT
-from billiard_shot.scene.errors import reason
+from billiard_shot.pictures.view import write_text
 from billiard_shot.table.outline import outline_of
 
 Floats = NDArray[np.float64]
@@ -32,10 +32,7 @@ WIDTH, HEIGHT, LEFT, BELOW = 320, 190, 40, 34  # of a chart, and its margins
 
 def write_report(calibration: Calibration, path: Path) -> None:
     """Write the report to a file; ValueError if that fails."""
-    try:
-        path.write_text(report_page(calibration), encoding='utf-8')
-    except OSError as error:
-        raise ValueError(f'{path}: {reason(error)}') from None
+    write_text(path, report_page(calibration))
 
 
 def report_page(calibration: Calibration) -> str:

@@ -153,30 +153,26 @@ def places() -> Any:
 def name(*, nullable: bool = False) -> Any:
     """Field for the name of a ball; a `nullable` one is optional, and None by default."""
 
-    def convert(value: object) -> str | None:
-        if nullable and value is None:
-            return None
+    def convert(value: object) -> str:
         if not _is_name(value):
             raise refused(value, A_NAME)
         return str(value)
 
-    return _field(convert, None if nullable else dataclasses.MISSING)
+    return _required(convert, nullable)
 
 
 def point(*, nullable: bool = False) -> Any:
     """Make a field for a point (x, y) on the table [m]; `nullable` as for `name`."""
     coordinate = _number_within('m', None, None, None)
 
-    def convert(value: object) -> tuple[float, float] | None:
-        if nullable and value is None:
-            return None
+    def convert(value: object) -> tuple[float, float]:
         try:
             x, y = (coordinate(each) for each in value)  # type: ignore[attr-defined]
             return x, y
         except (TypeError, ValueError):
             raise refused(value, 'two finite numbers, (x, y)', unit='m') from None
 
-    return _field(convert, None if nullable else dataclasses.MISSING)
+    return _required(convert, nullable)
 
 
 def section(kind: type, *, optional: bool = False, nullable: bool = False) -> Any:
@@ -221,6 +217,13 @@ def _number_within(
         return found
 
     return convert
+
+
+def _required(convert: Convert, nullable: bool) -> Any:
+    """Field without a default; if it is `nullable`, None is the default."""
+    if nullable:
+        return _field(_or_none(convert), None)
+    return _field(convert, dataclasses.MISSING)
 
 
 def _or_none(convert: Convert) -> Convert:

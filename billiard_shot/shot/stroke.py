@@ -64,6 +64,16 @@ class Stroke(Shown):
         object.__setattr__(self, 'miss', miss)
 
     def __repr__(self) -> str:
+        stated = ', '.join(f'{name}={value:.4g}' for name, value in self.in_degrees().items())
+        behind = sum(n * v for n, v in zip(self.normal, self.velocity, strict=True)) >= 0.0
+        return f'Stroke({stated}{", misses the ball" if self.miss or behind else ""})'
+
+    def in_degrees(self) -> dict[str, float]:
+        """
+        Return a, b, elevation_deg, azimuth_deg and speed, as files of strokes have them.
+
+        The numbers are rounded to six digits after the point.
+        """
         a, b, elevation, azimuth, speed = self.offsets
         numbers = {
             'a': a,
@@ -72,10 +82,8 @@ class Stroke(Shown):
             'azimuth_deg': math.degrees(azimuth),
             'speed': speed,
         }
-        # rounded first, so that rounding errors of angles are 0; + 0.0 makes 0 of -0
-        stated = ', '.join(f'{k}={round(v, 6) + 0.0:.4g}' for k, v in numbers.items())
-        behind = sum(n * v for n, v in zip(self.normal, self.velocity, strict=True)) >= 0.0
-        return f'Stroke({stated}{", misses the ball" if self.miss or behind else ""})'
+        # rounded, so that rounding errors of angles are 0; + 0.0 makes 0 of -0
+        return {name: round(value, 6) + 0.0 for name, value in numbers.items()}
 
     @classmethod
     def from_offsets(

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from billiard_shot.scene import Scene
-from billiard_shot.scene.placement import CUE_BALL
+from billiard_shot.scene.placement import CUE_BALL, nose_standoff
 from billiard_shot.shot.lowest_elevation import lowest_elevation
 from billiard_shot.shot.stroke import Stroke
 
@@ -49,8 +49,7 @@ def _on_table(scene: Scene, draw: np.random.Generator) -> tuple[float, float]:
     """Draw a place on the table, near a cushion in most cases (x, y) [m]."""
     if scene.table is None:
         return 0.0, 0.0
-    height = scene.table.cushion.height
-    standoff = 2.0 * scene.ball.radius * math.sqrt(height * (1.0 - height))
+    standoff = nose_standoff(scene.table.cushion, scene.ball.radius)
     most = 0.5 * np.array([scene.table.length, scene.table.width]) - standoff
     place = draw.uniform(-most, most)
     if draw.random() < AT_CUSHION:
