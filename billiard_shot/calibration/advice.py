@@ -1,4 +1,4 @@
-"""What to film to learn a number of a scene that the shots so far do not decide."""
+"""Films that would decide the numbers of a scene that the shots so far do not decide."""
 
 from collections.abc import Iterable
 

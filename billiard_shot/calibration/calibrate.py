@@ -49,7 +49,7 @@ WORSE = 0.03
 
 
 class Progress(NamedTuple):
-    """What is being done, and how much of all is done."""
+    """The step that is being done, and the part of all steps that is done."""
 
     text: str
     done: int
@@ -235,7 +235,7 @@ def _checked(
 def _estimates(
     sought: Sequence[Sought], problem: Problem, found: JointFit, intervals: Sequence[Interval]
 ) -> tuple[Estimate, ...]:
-    """Return what is known of all numbers, also of those that the shots do not decide."""
+    """Return the estimates of all numbers, also of those that the shots do not decide."""
     known = {
         each.name: (value, *interval)
         for each, value, interval in zip(

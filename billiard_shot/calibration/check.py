@@ -63,7 +63,7 @@ class Check:
 
 def check(item: tuple[Model, int, RecordedShot, float, Sequence[int]]) -> Check | None:
     """
-    Predict a shot of a recording after its best launch; None if there is none.
+    Predict a shot of a recording after its best launch; None if no launch can be simulated.
 
     The launch is searched with the samples up to a time [s], from a seed.
 

@@ -1,4 +1,4 @@
-"""What a calibration found out about a number."""
+"""The estimate of a number that a calibration seeks."""
 
 from dataclasses import dataclass
 

@@ -186,7 +186,7 @@ def _without_launch(
 
 
 class Problem(NamedTuple):
-    """What is sought, until which horizon samples of shots count [s], and what does the work."""
+    """The numbers to fit, the horizon until which samples count [s], and a map for the work."""
 
     model: Model
     sought: tuple[Sought, ...]

@@ -1,4 +1,4 @@
-"""What a calibration looks for: numbers of a scene, and of the frames of its recordings."""
+"""The numbers that a calibration seeks: of a scene, and of the frames of its recordings."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -106,7 +106,7 @@ def sought_in(
     scene: Scene, recordings: Sequence[Recording], names: Sequence[str] | None
 ) -> tuple[Sought, ...]:
     """
-    Return what is sought: numbers of a scene, and places and angles of the frames.
+    Return the numbers to seek: those of a scene, and places and angles of the frames.
 
     Raises
     ------

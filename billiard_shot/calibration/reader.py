@@ -55,7 +55,7 @@ class _Frame:
 @dataclass(frozen=True, slots=True)
 class Description:
     """
-    What is known of a recording: the content of a YAML file of its name, beside it.
+    The description of a recording: the content of a YAML file of its name, beside it.
 
     Parameters
     ----------
@@ -137,7 +137,7 @@ def _description(path: Path) -> Description:
 
 
 def _named(shot: RecordedShot, about: Description) -> RecordedShot:
-    """Name the balls of a shot, and add what is known of it."""
+    """Name the balls of a shot, and add its struck ball and its stroke."""
     tracks = {about.balls.get(ball, ball): track for ball, track in shot.tracks.items()}
     if len(tracks) < len(shot.tracks):
         raise ValueError(f'balls: shot {shot.name!r} has two balls with the same name')

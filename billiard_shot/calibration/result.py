@@ -1,4 +1,4 @@
-"""What a calibration found, and what can be done with it."""
+"""The result of a calibration: estimates, predictions, the scene file and the report."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -55,6 +55,11 @@ class Calibration:
         text = f'{known} of {len(self.estimates)} numbers identified'
         return f'Calibration({state}, {text}, {len(self.fitted)} shots fitted)'
 
+    @property
+    def state(self) -> str:
+        """Whether the fit converged, in words."""
+        return 'converged' if self.converged else 'NOT converged: do not rely on the intervals'
+
     def predict(
         self, shot: RecordedShot, seen: float = np.inf, recording: int = 0, seed: int = 1
     ) -> Check:
@@ -84,10 +89,9 @@ class Calibration:
 
     def save(self, path: str | Path) -> None:
         """Write the scene as YAML, with a comment for each number that was sought."""
-        state = 'converged' if self.converged else 'NOT converged: do not rely on the intervals'
         heading = [
-            f'Fitted to {len(self.fitted)} shots of {", ".join(self.recordings)}: {state}.',
-            'Intervals: shots drawn again.',
+            f'Fitted to {len(self.fitted)} shots of {", ".join(self.recordings)}: {self.state}.',
+            'Intervals: each shot left out in turn.',
         ]
         text = scene_text(self.scene, self.estimates, heading)
         Path(path).write_text(text, encoding='utf-8')

@@ -113,8 +113,7 @@ def _row(estimate: Any) -> dict[str, Any]:
 
 def _summary(result: Calibration) -> str:
     """Say how well the fit went, and how well it predicts."""
-    state = 'converged' if result.converged else 'NOT converged: do not rely on the intervals'
-    lines = ['', f'{len(result.fitted)} shots fitted: {state}']
+    lines = ['', f'{len(result.fitted)} shots fitted: {result.state}']
     for name, checks in (
         ('this scene', result.checks),
         ('the scene before', result.checks_before),
