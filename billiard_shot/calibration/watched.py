@@ -151,7 +151,7 @@ def _first_move(track: Track) -> int:
     """Return the number of the first sample of a movement; 0 if there is none."""
     away = np.linalg.norm(track.place - track.place[0], axis=-1)
     moved = away > np.maximum(MOVED, MOVED_SIGMAS * track.sigma)
-    moved[:-1] &= moved[1:]  # twice, or it was an error
+    moved &= np.append(moved[1:], False)  # twice, or it was an error
     return int(moved.argmax())
 
 
