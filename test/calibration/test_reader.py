@@ -14,6 +14,7 @@ from billiard_shot.calibration import csv_file
 from billiard_shot.calibration.csv_file import read_csv, write_csv
 from billiard_shot.calibration.reader import read_recording
 from billiard_shot.calibration.recording import Frame, RecordedShot, Recording, Track
+from billiard_shot.scene import Noise
 
 HEADER = 'shot,time,ball,x,y\n'
 
