@@ -229,6 +229,10 @@ class Noise:
         """Return the standard deviations (5,) of a, b (ball radii), angles (rad), speed (m/s)."""
         return _in_columns(self, ball_radius)
 
+    def means(self, ball_radius: float = POOL_BALL_RADIUS) -> NDArray[np.float64]:
+        """Return the mean errors (5,) in the same units."""
+        return _in_columns(self.bias, ball_radius)
+
     def commanded(self, stroke: S, ball_radius: float = POOL_BALL_RADIUS) -> S:
         """
         Correct the bias: return the stroke to command, so that a planned one is played on average.
@@ -246,7 +250,7 @@ class Noise:
             The same one if there is no bias. Elevations are at least 0, and speeds 1 mm/s.
 
         """
-        bias = _in_columns(self.bias, ball_radius)
+        bias = self.means(ball_radius)
         if not bias.any():
             return stroke
         offsets = with_errors(np.array(stroke.offsets), -bias).tolist()
