@@ -11,12 +11,14 @@ the shot, and is then fitted to the samples (Oliver, He and Reynolds, Conditioni
 fields to pressure data, 5th European Conf. on the Mathematics of Oil Recovery (1996)).
 """
 
+from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
 
 from billiard_shot.calibration.comparison import compare, FIRST_SCALES
-from billiard_shot.calibration.launch import FOLLOW, MASSE, SPEED, ways_of
+from billiard_shot.calibration.joint_fit import Shot
+from billiard_shot.calibration.launch import FOLLOW, MASSE, PLACES, SPEED, ways_of
 from billiard_shot.calibration.recording import Floats, Frame
 from billiard_shot.calibration.refine import refined
 from billiard_shot.calibration.watched import Watched
@@ -38,8 +40,10 @@ SPINS = slice(FOLLOW, MASSE + 1)
 MIRRORED = np.array([1.0, -1.0, -1.0])
 
 
-def spins_of(launches: Floats) -> Floats:
-    """Return follow, side and masse (n, 3) of launches (n, numbers), relative to the speed."""
+def spins_of(shots: Iterable[Shot]) -> Floats:
+    """Return follow, side and masse (n, 3) relative to the speed, if no stroke was commanded."""
+    free = [each.launch[:PLACES] for each in shots if each.watched.command is None]
+    launches = np.reshape(free, (-1, PLACES))
     spins: Floats = launches[:, SPINS] / launches[:, SPEED, np.newaxis]
     return spins
 

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from billiard_shot.calibration.comparison import compare, Comparison, scales_of
-from billiard_shot.calibration.launch import steps_of, ways_of
+from billiard_shot.calibration.launch import PLACES, steps_of, ways_of
 from billiard_shot.calibration.launch_search import search_launches
 from billiard_shot.calibration.model import Model, Sought, STEP, values_of, widths_of, within
 from billiard_shot.calibration.recording import Floats
@@ -24,11 +24,11 @@ from billiard_shot.calibration.watched import Watched
 LAUNCH_STEPS = 8
 """Most steps of least squares by which launches follow the common numbers."""
 
-PROBES, MOST_BENT = 5.0, 1e-3
+PROBE, MOST_BENT = 1e-5, 1e-3
 """
-A path counts until it bends by more [m] over these steps for differences of the launch, forward
-and back, or over one of the common numbers. Nearby, balls meet other balls then, or in another
-order: after that the path follows chance, and its derivatives say nothing.
+A path counts until it bends by more than the second length over a step of a place by the first
+one, forward and back, or over a step for differences of another number [m]. Nearby, balls meet
+other balls then, or in another order: the path follows chance, and its derivatives say nothing.
 """
 
 FIRST_DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-3, 1e-6, 1e3
@@ -165,7 +165,9 @@ def even_until(model: Model, stepped: Sequence[Model], shot: Shot) -> Floats:
     def ways(by: Model, launches: Floats) -> Floats:
         return ways_of(by.scene, by.frames[shot.recording], shot.watched, launches)
 
-    launch, probes = shot.launch[np.newaxis], PROBES * np.diag(steps_of(shot.watched))
+    launch, steps = shot.launch[np.newaxis], steps_of(shot.watched)
+    steps[PLACES:] = PROBE
+    probes = np.diag(steps)
     here = ways(model, launch)
     pairs = [(ways(model, launch + probes), ways(model, launch - probes))]
     pairs += [

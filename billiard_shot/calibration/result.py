@@ -36,7 +36,7 @@ class Calibration:
     fitted : tuple of str
         Names of the shots that were fitted.
     spins : (shots, 3) float array
-        Follow, side and masse of these shots, relative to the speed, see launch.py.
+        Follow, side and masse relative to the speed of those whose stroke was not commanded.
     checks, checks_before : tuple of Check
         The shots that were held out: as the scene predicts them, and as the scene did with which
         the calibration began.
@@ -97,7 +97,7 @@ class Calibration:
 
         """
         model = Model(self.scene, self.frames)
-        if seen < SHORT:
+        if seen < SHORT and shot.command is None and len(self.spins):
             frame = model.frames[recording]
             draw = np.random.default_rng(seed)
             watched = watch(shot, frame.rate)

@@ -27,9 +27,11 @@ def in_threads(work: Callable[[slice], T], count: int, workers: int | None = Non
 
     """
     threads = workers or os.cpu_count() or 1
+    if threads == 1:
+        return [work(slice(0, count))] if count else []
     size = max(1, math.ceil(count / (8 * threads)))  # small parts, because rows differ in cost
     parts = [slice(i, i + size) for i in range(0, count, size)]
-    if threads == 1 or len(parts) <= 1:
+    if len(parts) <= 1:
         return [work(part) for part in parts]
     return list(_pool(threads, os.getpid()).map(work, parts))
 

@@ -109,7 +109,7 @@ def test_spin_that_was_not_seen_is_that_of_other_strokes():
     spins = np.array([0.6, 0.3, 0.0]) + draw.normal(0.0, 0.02, (20, 3))
     seen = watch(shot(1))
     launch = middle_launch(CAROM, Frame(), seen, 0.06, spins, draw)
-    follow, side, masse = spins_of(launch[np.newaxis])[0]
+    follow, side, masse = spins_of([Shot(seen, 0, launch)])[0]
     assert follow == pytest.approx(0.6, abs=0.15)
     assert abs(side) == pytest.approx(0.3, abs=0.15)  # left or right: nobody knows
     assert abs(masse) < 0.1
