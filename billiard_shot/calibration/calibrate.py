@@ -219,7 +219,10 @@ def _fitted(
         begun, again = state.shots, stage > last
         if not again:
             begun = tuple(replace(each, until=np.inf) for each in begun)
-        launched = searched(ticking, state.values, begun, state.scales, (seed, stage), again)
+        adapts = stage <= last + 1  # after that, the same samples count in the same way
+        launched = searched(
+            ticking, state.values, begun, state.scales, (seed, stage), near=again, cut=adapts
+        )
         if len(launched) < LEAST_SHOTS:
             raise ValueError(
                 f'recordings must have at least {LEAST_SHOTS} shots that the scene can simulate, '
@@ -227,7 +230,7 @@ def _fitted(
                 'table?'
             )
         scales = state.scales
-        if stage <= last + 1:
+        if adapts:
             scales = scales_after(problem, state.values, launched, scales)
         steps = STEPS if stage >= last else FEW_STEPS
         found = fit(problem, state.values, launched, scales, steps, work.say_error)

@@ -24,11 +24,11 @@ from billiard_shot.calibration.watched import Watched
 LAUNCH_STEPS = 8
 """Most steps of least squares by which launches follow the common numbers."""
 
-PROBE, MOST_BENT = 1e-5, 1e-3
+PROBES, MOST_BENT = 5.0, 1e-3
 """
-A path counts until it bends by more than the second length over a step of a place by the first
-one, forward and back, or over a step for differences of another number [m]. Nearby, balls meet
-other balls then, or in another order: the path follows chance, and its derivatives say nothing.
+A path counts until it bends by more [m] over so many steps for differences of the launch, forward
+and back, or over one of a common number. Nearby, balls meet other balls then, or in another order:
+the path follows chance, and its derivatives say nothing.
 """
 
 FIRST_DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-3, 1e-6, 1e3
@@ -37,10 +37,11 @@ FIRST_DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-3, 1e-6, 1e3
 RAISED, LOWERED = 10.0, 0.2
 """Factors of the damping after a worse and a better step."""
 
-CLOSE = 0.1
+CLOSE, FLAT = 0.1, 0.05
 """
-A fit has converged if the next step is shorter than this part of each standard deviation (Bates
-and Watts, Technometrics 23 (1981): what remains to be gained must be small beside the errors).
+A fit is close if the next step is shorter than the first part of each standard deviation (Bates
+and Watts, Technometrics 23 (1981): what remains to be gained is small beside the errors), or if it
+would lower the cost by less than the second number: 1 is a standard deviation of an exact model.
 """
 
 TINY = 1e-15
@@ -141,7 +142,11 @@ class JointFit:
 def search(
     item: tuple[Model, Sequence[Model], Shot, Floats, float, bool, Sequence[int]],
 ) -> Shot | None:
-    """Search the launch of a shot until a horizon, from a seed; None if there is none."""
+    """
+    Search the launch of a shot until a horizon, from a seed; None if there is none.
+
+    Without stepped models, the path counts as long as before, see `even_until`.
+    """
     model, stepped, shot, scales, horizon, near, seed = item
     found = search_launches(
         model.scene,
@@ -156,6 +161,8 @@ def search(
     if not len(found.costs):
         return None
     shot = replace(shot, launch=found.launches[0])
+    if not stepped:
+        return shot
     return replace(shot, until=np.minimum(shot.until, even_until(model, stepped, shot)))
 
 
@@ -166,7 +173,7 @@ def even_until(model: Model, stepped: Sequence[Model], shot: Shot) -> Floats:
         return ways_of(by.scene, by.frames[shot.recording], shot.watched, launches)
 
     launch, steps = shot.launch[np.newaxis], steps_of(shot.watched)
-    steps[PLACES:] = PROBE
+    steps[0 if shot.watched.command is None else PLACES :] *= PROBES  # errors have long steps
     probes = np.diag(steps)
     here = ways(model, launch)
     pairs = [(ways(model, launch + probes), ways(model, launch - probes))]
@@ -260,10 +267,15 @@ def searched(
     scales: Floats,
     seed: Sequence[int],
     near: bool = False,
+    cut: bool = True,
 ) -> tuple[Shot, ...]:
-    """Search the launches of all shots, or near those known; leave out shots that have none."""
+    """
+    Search the launches of all shots; leave out shots that have none.
+
+    If `near`, they are searched near those known. If `cut`, paths count until they bend.
+    """
     model = problem.model_at(values)
-    steps = 0.5 * STEP * np.diag(widths_of(problem.sought))  # within the bounds
+    steps = 0.5 * STEP * np.diag(widths_of(problem.sought)) if cut else ()  # within the bounds
     stepped = [problem.model_at(values + by) for step in steps for by in (step, -step)]
     items = [
         (model, stepped, shot, scales, problem.horizon, near, (*seed, number))
@@ -324,6 +336,7 @@ def fit(
         )
         move = _move(problem, values, reduced, LEAST_DAMPING)
         close = bool((np.abs(move) < CLOSE * deviations_of(problem, reached)).all())
+        close |= _gain(problem, reduced, move) < FLAT
         if step == steps or close:
             break
         lower = np.inf
@@ -384,6 +397,12 @@ def _move(problem: Problem, values: Floats, reduced: Sequence[Reduced], damping:
         if not stuck.any():
             return allowed
         free &= ~stuck
+
+
+def _gain(problem: Problem, reduced: Sequence[Reduced], move: Floats) -> float:
+    """Return by how much the full step would lower the cost, if it were a parabola."""
+    matrix = sum((each.matrix for each in reduced), start=problem.precision)
+    return float(move @ matrix @ move)
 
 
 def deviations_of(problem: Problem, fit: JointFit) -> Floats:

@@ -83,12 +83,11 @@ def test_the_same_calibration_goes_on_from_its_checkpoint(found, few, tmp_path, 
     arguments = {'names': list(FEW), 'horizon': 1.5, 'held_out': 0.15, 'checkpoint': path}
     searches, searched = [], module.searched
 
-    def interrupted(*request):
-        *_, again = request
-        searches.append(again)
+    def interrupted(*request, near, cut):
+        searches.append(near)
         if len(searches) == 2:
             raise KeyboardInterrupt
-        return searched(*request)
+        return searched(*request, near=near, cut=cut)
 
     monkeypatch.setattr(module, 'searched', interrupted)
     with pytest.raises(KeyboardInterrupt):
