@@ -27,7 +27,7 @@ needs_browser = pytest.mark.skipif(find_browser() is None, reason='needs Chromiu
 def test_no_text_ends_the_script():
     page = page_of(COMBINATION, '</script><b>&')
     assert page.count('</script>') == page_of(COMBINATION, 'x').count('</script>')
-    assert '<title>&lt;/script>&lt;b>&amp;</title>' in page
+    assert '<title>&lt;/script&gt;&lt;b&gt;&amp;</title>' in page
     assert '<!-- ' not in page
 
 
