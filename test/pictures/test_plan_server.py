@@ -7,6 +7,7 @@ from http.client import HTTPConnection
 import json
 from queue import SimpleQueue
 import signal
+import socket
 import subprocess
 import sys
 from threading import Barrier, Event, Thread
@@ -48,12 +49,12 @@ def live():
     yield from served(page_of_scene(SCENE, planner=True))
 
 
-def served(page):
+def served(page, port=0):
     told = SimpleQueue()
 
     async def serve():
         told.put((asyncio.get_running_loop(), asyncio.current_task()))
-        await plan_server.serve(SCENE, page, 0, told.put)
+        await plan_server.serve(SCENE, page, port, told.put)
 
     def run():
         with suppress(asyncio.CancelledError), asyncio.Runner() as runner:
@@ -143,6 +144,28 @@ def test_a_plan_is_for_the_state_of_the_page(address, monkeypatch):
 def test_a_request_that_makes_no_sense_is_told_why(address, request_, why):
     (line,) = lines_of(address, request_)
     assert why in line['refused']
+
+
+@pytest.mark.parametrize(
+    ('body', 'why'),
+    [
+        ('{"state": {', 'Expecting'),
+        ('"x"', 'a request must have state and target'),
+        ('{"target": {"pot": "8"}}', 'a request must have state and target'),
+        ('{"state": {}}', 'a request must have state and target'),
+        ('{"state": [], "target": {}}', 'state must be an object, got []'),
+        ('{"state": {"effects": [7]}, "target": {}}', 'state.effects must be a list of names'),
+        ('{"state": {"noise": {"a": "x"}}, "target": {}}', 'state.noise must have a number'),
+        ('{"state": {"parameters": []}, "target": {}}', 'state.parameters must have a number'),
+    ],
+)
+def test_a_request_without_the_form_of_one_is_answered_by_400(address, body, why):
+    with connection(address) as asking:
+        headers = {'Origin': origin_of(address)}
+        asking.request('POST', f'{urlsplit(address).path}plan', body, headers)
+        answer = asking.getresponse()
+        assert answer.status == 400
+        assert why in answer.read().decode()
 
 
 def test_a_search_that_fails_says_why(address, monkeypatch):
@@ -258,6 +281,19 @@ def test_the_token_is_needed(address, path):
             answer = asking.getresponse()
             assert answer.status == 404
             assert b'the page' not in answer.read()
+
+
+def test_the_usual_port_is_not_named(monkeypatch):
+    with socket.create_server(('127.0.0.1', 0)) as free:
+        port = free.getsockname()[1]
+    monkeypatch.setattr(plan_server, 'USUAL_PORT', port)
+    server = served('the page', port)
+    address = next(server)
+    assert address.startswith('http://127.0.0.1/')
+    with closing(HTTPConnection('127.0.0.1', port, timeout=PATIENCE)) as asking:
+        asking.request('GET', urlsplit(address).path, headers={'Host': '127.0.0.1'})
+        assert asking.getresponse().read() == b'the page'
+    next(server, None)
 
 
 def test_each_start_has_another_token(address):
