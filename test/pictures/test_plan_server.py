@@ -14,7 +14,8 @@ from threading import Barrier, Event, Thread
 import time
 from urllib.parse import urlsplit
 
-from browser import choose, find_browser, open_tab
+from browser import choose, click, find_browser, open_tab
+import numpy as np
 import pytest
 
 from billiard_shot import machine_code, plan, Scene
@@ -408,6 +409,39 @@ def test_plans_are_tried_and_changed_in_the_page(browser, live, monkeypatch):
     assert browser.messages == []
     origin = origin_of(live)
     assert all(url.startswith((origin, 'blob:', 'data:')) for url in browser.requests)
+
+
+@needs_browser
+@pytest.mark.parametrize(
+    ('goal', 'places'),
+    [('rest', [(0.3, 0.2)]), ('pass', [(0.3, 0.2)]), ('gate', [(0.2, -0.1), (0.2, 0.1)])],
+)
+def test_places_of_a_goal_are_clicked(browser, live, monkeypatch, goal, places):
+    asked = []
+
+    def note(scene, target, noise, **options):
+        asked.append(target)
+        raise ValueError('noted')
+
+    monkeypatch.setattr(plan_server, 'plan', note)
+    opened(browser, live)
+    choose(browser, 'goal', goal)
+    press_search(browser)
+    browser.wait_for(f"{SAID} === 'noted'")
+    assert asked.pop() == {goal: []}
+    height = SCENE.ball.radius
+    for place in [(-0.9, 0.4), *places]:  # only the last ones count
+        click(browser, *browser.run(f'view.project([{place[0]}, {place[1]}, {height}])')[:2])
+    assert browser.run('view.followed') is None
+    press_search(browser)
+    browser.wait_for(f"{SAID} === 'noted'")
+    browser.wait_for("document.getElementById('search').textContent === 'Plan'")
+    ((name, found),) = asked.pop().items()
+    assert name == goal
+    expected = places if goal == 'gate' else places[0]
+    within = 0.005  # m: pointers are on whole pixels
+    assert np.array(found) == pytest.approx(np.array(expected), abs=within)
+    assert browser.messages == []
 
 
 @needs_browser
