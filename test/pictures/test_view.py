@@ -179,6 +179,20 @@ def test_balls_are_drawn_where_they_are(page, tmp_path):
 
 
 @needs_browser
+@pytest.mark.parametrize(('scheme', 'bright'), [('light', True), ('dark', False)])
+def test_the_room_around_the_table_is_bright_by_day(browser, tmp_path, scheme, bright):
+    image = pytest.importorskip('PIL.Image', reason='needs Pillow')
+    feature = {'name': 'prefers-color-scheme', 'value': scheme}
+    browser.call('Emulation.setEmulatedMedia', features=[feature])
+    opened(browser, tmp_path / 'shot.html', page_of(COMBINATION))
+    browser.screenshot(tmp_path / 'shot.png')
+    browser.call('Emulation.setEmulatedMedia', features=[])
+    corner = image.open(tmp_path / 'shot.png').convert('RGB').getpixel((4, 4))
+    assert (np.array(corner) > 128).all() == bright
+    assert min(corner) > 8  # it is not black
+
+
+@needs_browser
 def test_keys_and_mouse(page):
     page.run("document.getElementById('canvas').focus()")
     page.press('End')
