@@ -30,10 +30,8 @@ def in_threads(work: Callable[[slice], T], count: int, workers: int | None = Non
 
     """
     threads = workers or os.cpu_count() or 1
-    if threads == 1:
-        size = LARGEST_PART
-    else:  # small parts, because rows differ in cost
-        size = max(1, math.ceil(count / (8 * threads)))
+    small = max(1, math.ceil(count / (8 * threads)))  # because rows differ in cost
+    size = LARGEST_PART if threads == 1 else small
     parts = [slice(i, i + size) for i in range(0, count, size)]
     if threads == 1 or len(parts) <= 1:
         return [work(part) for part in parts]
