@@ -223,6 +223,9 @@ def step_length(m: Model, contacts: list[ContactState], order: int, tolerance: f
 
     The error of the slip direction limits the step too. If another contact holds the slip, the
     velocities do not show the error of the friction.
+
+    The series of y**exponent converges only up to twice the compression. Beyond, even errors
+    within the tolerance may close a contact that only touches.
     """
     last = 0.0
     before = 0.0
@@ -245,4 +248,8 @@ def step_length(m: Model, contacts: list[ContactState], order: int, tolerance: f
         x = min(x, (tolerance / before) ** (1.0 / (order - 1)))
     if 1e-300 < turning < inf:
         x = min(x, (METHOD_OPTIONS.direction_error / turning) ** (1.0 / (order - 1)))
+    for j in range(len(contacts)):
+        c = contacts[j]
+        if c.exponent != 1.0 and c.compression[1] * x > c.compression[0] > 0.0:
+            x = c.compression[0] / c.compression[1] if not force_is_negligible(c) else x
     return METHOD_OPTIONS.explicit_margin * x
