@@ -110,6 +110,12 @@ class Options(NamedTuple):
     min_turn : float
         Turn of a slip direction [rad] that is only rounding.
 
+    least_lag : float
+        Time in which the shear of a contact follows its slip, below which it follows at once. The
+        slip turns by 1e-4 rad in it.
+    aligned : float
+        Cosine of the largest angle between slip and shear at which that begins.
+
     max_friction_sweeps : int
         Largest number of sweeps over contacts that share friction. They converge in far fewer, or
         not at all.
@@ -183,6 +189,9 @@ class Options(NamedTuple):
     iteration_share: float = 0.3
     min_iteration_share: float = 0.03
     min_turn: float = 1e-15
+
+    least_lag: float = 0.02
+    aligned: float = 1.0 - 1e-6
 
     max_friction_sweeps: int = 300
     cone_margin: float = 1e-12

@@ -142,7 +142,7 @@ def test_gates_want_the_same_whether_forced_or_not(name):
     draw = np.random.default_rng(NAMES.index(name))
     for _ in range(60):
         scene, stroke = random_scene(draw), random_stroke(draw)
-        free = effect(predict(scene, stroke), name)
+        free = effect(predict(wishing(scene, **{name: 'auto'}), stroke), name)
         off = predict(wishing(scene, **{name: 'off'}), stroke)
         assert effect(off, name).called_for == free.called_for == free.simulated
         assert not effect(off, name).simulated
