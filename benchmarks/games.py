@@ -10,6 +10,7 @@ and its picture from the racks in FOLDER.
 
 import argparse
 from concurrent.futures import as_completed, ProcessPoolExecutor
+from dataclasses import replace
 import json
 from multiprocessing import get_context
 import os
@@ -18,10 +19,11 @@ from tempfile import mkdtemp
 from typing import NamedTuple
 
 import numpy as np
-from tools.foreign import foreign, SHOTS, their_scene
+from tools.foreign import foreign, player_scene
 from tools.timing import machine, Report
 
 from billiard_shot import predict_batch, Scene
+from billiard_shot.calibration.simulator import SHOTS
 from billiard_shot.game import Call, Pairing, play, start, State, summary
 from billiard_shot.game.agent import scene_of, simulated
 from billiard_shot.game.batch_outcomes import rule_on
@@ -29,7 +31,7 @@ from billiard_shot.game.breaks import best_break
 from billiard_shot.game.rack import play_rack
 from billiard_shot.game.rack_record import RackRecord
 from billiard_shot.game.referee import judge
-from billiard_shot.game.tournament import find_agent
+from billiard_shot.game.tournament import agents_of, find_agent, first_record
 from billiard_shot.pictures.rack import draw_rack
 from billiard_shot.planning.statistics import percent, wilson_interval
 
@@ -87,8 +89,8 @@ ABLATION = {
 }
 HASTY = 'eight_ball-hasty'
 FOREIGN = {
-    'foreign-fitted': Series('tools.foreign', SEVEN_FOOT, (HALF, 'greedy'), None, 20),
-    'foreign-as-ours': Series('tools.foreign', SEVEN_FOOT, (HALF, 'greedy'), None, 20),
+    'foreign-fitted': Series('tools.foreign', SEVEN_FOOT, (HALF, 'greedy'), None, 100),
+    'foreign-as-ours': Series('tools.foreign', SEVEN_FOOT, (HALF, 'greedy'), None, 100),
 }
 SERIES = PRACTICE | GAMES | RUN_OUT | ABLATION | FOREIGN
 
@@ -100,9 +102,16 @@ def play_one(key, number):
     if key in RUN_OUT:
         return run_out(series, scene, number)
     if key in FOREIGN:
-        scene = their_scene(key == 'foreign-fitted')
-        return play(Pairing(series.game, scene, series.players, simulator=foreign), number)
+        return play_foreign(series, number, fitted=key == 'foreign-fitted')
     return play(Pairing(series.game, scene, series.players, balls=series.balls), number)
+
+
+def play_foreign(series, number, *, fitted):
+    """Play on the table of others; only the first player may know more of it than is stated."""
+    pairing = Pairing(series.game, player_scene(fitted=False), series.players)
+    knowing = replace(pairing, scene=player_scene(fitted=fitted))
+    agents = [agents_of(knowing, number)[0], agents_of(pairing, number)[1]]
+    return play_rack(first_record(pairing, number), pairing.scene, agents, foreign)
 
 
 def run_out(series, scene, number):
@@ -229,6 +238,16 @@ def report_on(racks):
     report.end()
 
 
+def more_wins(racks, others):
+    """Return the 95 % interval of how many more of the same racks the first player wins."""
+    wins = [
+        np.array([each.winner == each.players[0] for each in some]) for some in (racks, others)
+    ]
+    more = np.subtract(*wins, dtype=float)
+    reach = 1.96 * more.std() / np.sqrt(len(more))
+    return more.mean() - reach, more.mean() + reach
+
+
 def share(count, total):
     """Write a share with its interval."""
     low, high = (percent(end) for end in wilson_interval(count, total))
@@ -325,8 +344,9 @@ def as_page(racks):
         '## Another simulator',
         '',
         'Eight-ball on a table that players do not know (`benchmarks/tools/foreign.py`): no',
-        'squirt, other frictions, cushions, errors and rules of fouls. Players plan with their',
-        f'own scene, or with one that `fitted_scene` fitted to {SHOTS} shots.',
+        'squirt, other frictions, cushions, errors and rules of fouls. `greedy` plans with',
+        f'`seven_foot`, `{HALF}` with the same, or with a scene that `calibrate` fitted to',
+        f'{SHOTS} shots there. The same racks for both rows.',
         '',
         '| scene | won against `greedy` |',
         '|---|---|',
@@ -335,9 +355,12 @@ def as_page(racks):
         if racks[key]:
             player = first_player(racks[key])
             lines.append(
-                f'| {"fitted" if key == "foreign-fitted" else "their own"} | '
+                f'| {"fitted" if key == "foreign-fitted" else "`seven_foot`"} | '
                 f'{share(player["wins"], len(racks[key]))} |'
             )
+    if count := min(len(racks[key]) for key in FOREIGN):
+        low, high = more_wins(*(racks[key][:count] for key in FOREIGN))
+        lines += ['', f'The difference is {percent(low)} to {percent(high)} % of the racks.']
     lines += [
         '',
         '## Stated and measured chances',

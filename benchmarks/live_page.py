@@ -18,7 +18,7 @@ from billiard_shot import Scene
 from billiard_shot.pictures.view import page_of_scene
 
 SIZE, COMPRESSED = 600.0, 250.0  # kB
-FIRST_PICTURE = 1000.0  # ms after the file is opened
+FIRST_PICTURE = 1000.0  # ms from the begin of loading until the table with the path is drawn
 PATH, SLOW_PATH = 16.0, 33.0  # ms from a drag to the new path: median, 95 %
 RATE = 30.0  # pictures a second while something is dragged
 CHANCE = {2: 300.0, 16: 600.0}  # ms, by the number of balls
@@ -29,6 +29,19 @@ PLACES = {  # of balls (x, y) [m], by the number of balls
     | {str(5 * k + j + 1): [-0.5 + 0.34 * j, -0.4 + 0.4 * k] for k in range(3) for j in range(5)},
 }
 
+# Since the page was asked for, until a picture that was begun after all is drawn: a browser that
+# draws in software can be behind what it was asked to draw.
+SHOWN = """(async () => {
+  const picture = () => new Promise((done) => requestAnimationFrame(done));
+  const gl = document.getElementById('canvas').getContext('webgl2');
+  const drawn = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+  gl.flush();
+  while (gl.getSyncParameter(drawn, gl.SYNC_STATUS) !== gl.SIGNALED) {
+    await new Promise((done) => setTimeout(done, 1));
+  }
+  await picture();
+  return performance.now();
+})()"""
 DRAG = """(async () => {
   const [paths, pictures] = [[], []];
   let last = performance.now();
@@ -67,7 +80,7 @@ def main():
         with tempfile.TemporaryDirectory() as folder:
             browser = Browser(Path(folder) / 'profile', 1280, 800)
             opened(browser, Path(folder) / 'page.html', text)
-            shown = browser.run('performance.now()')
+            shown = browser.run(SHOWN)
             report.row('    first picture', shown, 'ms', FIRST_PICTURE)
             path, slow, rate = browser.run(DRAG.replace('STEPS', str(STEPS)))
             report.row('    from a drag to the path', path, 'ms', PATH)

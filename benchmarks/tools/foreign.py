@@ -12,7 +12,8 @@ from functools import lru_cache
 import numpy as np
 
 from billiard_shot import BallState, Scene, simulate
-from billiard_shot.game import find_game, fitted_scene
+from billiard_shot.calibration.calibrate import calibrate
+from billiard_shot.game import find_game
 from billiard_shot.game.outcome import outcome_of_run
 from billiard_shot.scene import Noise
 
@@ -27,7 +28,7 @@ NUMBERS = {
     'table.cushion.friction': 0.2,
 }
 THEIRS = TABLE.with_parameters(list(NUMBERS), list(NUMBERS.values()))
-SHOTS = 60  # that the fit plays
+PERIOD = 0.02  # s between places that a calibration sees
 
 
 def strike(scene, stroke):
@@ -43,20 +44,35 @@ def strike(scene, stroke):
     return velocity, 2.5 * np.cross(point, change) / scene.ball.radius
 
 
-def foreign(scene, stroke, errors):
-    """Play a stroke in that arena. A `Simulator`."""
-    theirs = replace(THEIRS, balls=scene.balls)
-    velocity, spin = strike(theirs, NOISE.perturb(stroke, errors, R))
+def run(scene, stroke, errors):
+    """Play a stroke in that arena, with the errors of its players."""
+    velocity, spin = strike(THEIRS, NOISE.perturb(stroke, errors, R))
     lying = {ball: BallState(position=(x, y, R)) for ball, (x, y) in scene.balls.items()}
     lying['cue'] = BallState(lying['cue'].position, velocity, spin)
-    return outcome_of_run(simulate(theirs, lying), theirs)
+    return simulate(THEIRS, lying)
+
+
+def foreign(scene, stroke, errors):
+    """Tell what rules ask of a stroke there. A `Simulator` of games."""
+    return outcome_of_run(run(scene, stroke, errors), THEIRS)
+
+
+def recorded(scene, stroke, errors):
+    """Tell where the balls are after a stroke there. A `Simulator` of calibrations."""
+    played = run(scene, stroke, errors)
+    tracks = {}
+    for name, ball in played.balls.items():
+        end = played.duration if name in played.places_left else ball.duration
+        times = np.arange(0.0, end, PERIOD)
+        tracks[name] = np.column_stack([times, ball.at(times).position[:, :2]])
+    return tracks
 
 
 @lru_cache
-def their_scene(fitted):
-    """Return the scene with which players plan there: ours with their noise, or fitted to it."""
+def player_scene(fitted):
+    """Return the scene with which a player plans there: ours with its noise, or fitted to it."""
     ours = replace(TABLE, noise=NOISE)
-    return fitted_scene(ours, foreign, shots=SHOTS) if fitted else ours
+    return calibrate(recorded, ours).scene if fitted else ours
 
 
 def rule(state, call, outcome):

@@ -26,6 +26,7 @@ from billiard_shot.calibration.launch import launch_of, prior_of
 from billiard_shot.calibration.model import Model, model_of, Sought, sought_in, values_of
 from billiard_shot.calibration.recording import Floats
 from billiard_shot.calibration.result import Calibration
+from billiard_shot.calibration.simulator import recording_of, Simulator
 from billiard_shot.calibration.usable import (
     check_places,
     named_scene,
@@ -57,7 +58,7 @@ class Progress(NamedTuple):
 
 
 def calibrate(
-    recordings: Recordings,
+    recordings: Recordings | Simulator,
     scene: SceneLike | None = None,
     *,
     names: Sequence[str] | None = None,
@@ -73,16 +74,19 @@ def calibrate(
 
     Each shot has a launch of its own: velocity and spin of the struck ball, the time of the
     strike, and the places of the balls. What all shots have in common is fitted with a horizon
-    that grows. A number that the shots do not decide keeps the value of the scene.
+    that grows. A number that the shots do not decide keeps the value of the scene. If strokes were
+    commanded, launches follow from them, and numbers of the cue are fitted, too.
 
     Parameters
     ----------
-    recordings : Recording, str, Path, or sequence of these
-        Recordings of one table, or their files, see `read_recording`.
+    recordings : Recording, str, Path, or sequence of these; or Simulator
+        Recordings of one table, or their files, see `read_recording`. Or a simulator, which is
+        asked for shots, see `recording_of`.
     scene : Scene, str or Path, optional
         With which the fit begins; by default the one that the first recording names.
     names : sequence of str, optional
-        Numbers to be fitted, see `Scene.parameters`; by default `USUAL_NAMES`.
+        Numbers to be fitted, see `Scene.parameters`; by default `USUAL_NAMES`, and `CUE_NAMES` if
+        strokes were commanded.
     held_out : float
         Part of the shots that are not fitted, but tell how well the scene predicts, 0 to 0.9.
     horizon : float
@@ -106,6 +110,10 @@ def calibrate(
         If an argument or a file makes no sense, or too few shots can be used.
 
     """
+    if callable(recordings):
+        if scene is None:
+            raise refused(scene, 'given for a simulator', 'scene')
+        recordings = recording_of(recordings, scene, seed=seed)
     read = read_recordings(recordings)
     scene = named_scene(read) if scene is None else Scene.load(scene)
     share = as_float(held_out)
@@ -150,7 +158,7 @@ def calibrate(
 
 def _first_launch(one: Usable, model: Model) -> Floats:
     """Return a likely launch: that of the stroke, if it is known."""
-    if one.shot.stroke is None:
+    if one.shot.stroke is None or one.watched.command is not None:
         return prior_of(one.watched)[0]
     return launch_of(model.scene, model.frames[one.recording], one.watched, one.shot.stroke)
 

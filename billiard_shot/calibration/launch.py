@@ -5,6 +5,10 @@ The numbers of a launch: the speed of the struck ball [m/s]; its direction [rad]
 its radius [m/s] about the axes by which it rolls (follow), turns about the vertical (side), and
 curves (masse); and for each ball the distance (x, y) [m] from where it was seen to lie. The struck
 ball may lie farther off along its way: this stands for an error of the time of the strike.
+
+If the stroke was commanded, the first five numbers are its errors, in standard deviations: of a,
+b, elevation, azimuth and speed. The scene then tells velocity and spin, so that shots decide
+numbers of the cue, too.
 """
 
 from dataclasses import replace
@@ -12,10 +16,13 @@ import math
 
 import numpy as np
 
-from billiard_shot.calibration.recording import Floats, Frame
+from billiard_shot.calibration.recording import Command, Floats, Frame
 from billiard_shot.calibration.watched import Watched
+from billiard_shot.planning.strikes import strike_alone
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL, nose_standoff
+from billiard_shot.scene.player import A, B, with_errors
+from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.predict import predict
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.status import Status
@@ -25,7 +32,7 @@ from billiard_shot.table.table_states import TableStates
 from billiard_shot.table.trajectory import BallState, EventKind
 
 SPEED, DIRECTION, FOLLOW, SIDE, MASSE = range(5)
-PLACES = 5  # number of the first place
+PLACES = 5  # number of the first place; all before it are those of the strike
 
 START_TIME_SIGMA = 8e-3
 """Standard deviation of the estimated time of the strike [s]."""
@@ -37,6 +44,9 @@ Standard deviations of follow, side and masse, relative to the speed.
 A tip meets the ball up to half a radius off its centre, which gives a spin of 5/4 of the speed. A
 cue that is raised by 5 degrees turns a tenth of the side into masse.
 """
+
+ERROR_STEP = 0.02
+"""Step of the errors of a stroke for differences, in standard deviations."""
 
 LEAST_PLACE_SIGMA = 0.5e-3
 """Places before the strike are known no better [m]: pictures are distorted."""
@@ -63,9 +73,10 @@ def prior_of(watched: Watched) -> tuple[Floats, Floats]:
     """Return the likely numbers of a launch, and the inverse of their covariance."""
     n = size_of(watched)
     speed, direction = math.hypot(*watched.velocity), math.atan2(*watched.velocity[::-1])
-    mean, precision = np.zeros(n), np.zeros((n, n))
-    mean[SPEED], mean[DIRECTION] = speed, direction
-    sigmas = np.array([0.5 * speed, 0.2, *(each * speed for each in SPIN_SIGMAS)])
+    mean, precision, sigmas = np.zeros(n), np.zeros((n, n)), np.ones(PLACES)
+    if watched.command is None:
+        mean[SPEED], mean[DIRECTION] = speed, direction
+        sigmas[:] = 0.5 * speed, 0.2, *(each * speed for each in SPIN_SIGMAS)
     precision[range(PLACES), range(PLACES)] = sigmas**-2
     across = np.maximum(watched.rest_sigma, LEAST_PLACE_SIGMA) ** -2
     precision[range(PLACES, n), range(PLACES, n)] = np.repeat(across, 2)
@@ -80,7 +91,9 @@ def steps_of(watched: Watched) -> Floats:
     """Return the steps of the numbers of a launch for differences."""
     speed = math.hypot(*watched.velocity)
     steps = np.full(size_of(watched), 2e-6)
-    steps[:PLACES] = 1e-5 * speed, 1e-5, 1e-4 * speed, 1e-4 * speed, 1e-4 * speed
+    steps[:PLACES] = ERROR_STEP
+    if watched.command is None:
+        steps[:PLACES] = 1e-5 * speed, 1e-5, 1e-4 * speed, 1e-4 * speed, 1e-4 * speed
     return steps
 
 
@@ -107,6 +120,9 @@ def states_of(scene: Scene, frame: Frame, watched: Watched, launches: Floats) ->
     moved = watched.rest + launches[:, PLACES:].reshape(-1, count, 2)
     position[..., :2] = _apart(scene, frame.to_table(moved))
     velocity, spin = np.zeros_like(position), np.zeros_like(position)
+    if watched.command is not None:
+        velocity[:, 0], spin[:, 0] = _struck(scene, watched.command, launches[:, :PLACES])
+        return TableStates(watched.balls, position, velocity, spin)
     direction = launches[:, DIRECTION] - frame.angle
     ahead = np.stack([np.cos(direction), np.sin(direction)], axis=-1)
     left = ahead[:, ::-1] * np.array([-1.0, 1.0])
@@ -115,6 +131,29 @@ def states_of(scene: Scene, frame: Frame, watched: Watched, launches: Floats) ->
     spin[:, 0, :2] = follow * left + masse * ahead
     spin[:, 0, 2:] = side
     return TableStates(watched.balls, position, velocity / frame.scale, spin / frame.scale)
+
+
+def _struck(scene: Scene, command: Command, errors: Floats) -> tuple[Floats, Floats]:
+    """
+    Strike the ball with errors (n, 5) of a commanded stroke, in standard deviations.
+
+    Returns
+    -------
+    velocity, spin : (n, 3) float arrays
+        Of the ball [m/s] and [rad/s]; NaN if the stroke cannot be played.
+
+    """
+    model, radius = model_of(scene), scene.ball.radius
+    stroke, noise = command
+    # Launches that differ in the places of the balls alone have the same strike.
+    different, which = np.unique(errors, axis=0, return_inverse=True)
+    away = noise.means(radius) + different * noise.sigmas(radius)
+    strokes = with_errors(np.array(stroke.offsets), away)
+    if stroke.axis:
+        strokes[:, [A, B]] /= 1.0 + model.tip_curvature  # where the tip touches
+    struck = strike_alone(model, strokes)
+    which = which.ravel()  # of another shape in some versions of NumPy
+    return struck.velocity[which], struck.surface[which] / radius
 
 
 def ways_of(scene: Scene, frame: Frame, watched: Watched, launches: Floats) -> Floats:

@@ -99,7 +99,9 @@ def search_launches(
 
 
 def _starts(compared: Comparison, draw: np.random.Generator) -> Floats:
-    """Draw launches with all spins."""
+    """Draw launches with all spins; if the stroke was commanded, take that without errors."""
+    if compared.watched.command is not None:
+        return compared.mean[np.newaxis]
     launches = np.repeat(compared.mean[np.newaxis], CANDIDATES, axis=0)
     speed = compared.mean[SPEED]
     launches[:, FOLLOW] = speed * draw.uniform(*FOLLOWS, CANDIDATES)
@@ -115,6 +117,8 @@ def _drawn_around(
     """Return the best launches and others around them, more around better ones."""
     if not len(best.costs):
         return _starts(compared, draw)
+    if compared.watched.command is not None:
+        return best.launches  # the best one is near
     matrix, _ = normal_equations(scene, frame, compared, best)
     ranks = 1.0 / np.arange(1, len(best.costs) + 1)
     chosen = draw.choice(len(ranks), CANDIDATES - len(ranks), p=ranks / ranks.sum())

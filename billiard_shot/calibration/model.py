@@ -26,6 +26,9 @@ USUAL_NAMES = (
 )
 """Numbers that recordings of whole shots can decide."""
 
+CUE_NAMES = 'contacts.cue_ball.restitution', 'cue.mass', 'cue.end_mass'
+"""Numbers that shots can decide whose strokes were commanded."""
+
 UNPUBLISHED = 0.5
 """Width of the range in which a number without published range is sought, relative to it."""
 
@@ -39,6 +42,9 @@ WIDTHS = {
     'table.width': 0.03,
 }
 """Widths of ranges that are not relative to the number: it may be 0, or it is measured."""
+
+LEAST_END_MASS = 5e-4
+"""Lighter ends of cues meet the ball again and again, and deflect it no less [kg]."""
 
 STEP = 1e-3
 """Step for differences, relative to the width of the range."""
@@ -116,7 +122,9 @@ def sought_in(
     """
     if names is None:
         known = {each.name for each in scene.parameters()}
-        names = [name for name in USUAL_NAMES if name in known]
+        commanded = any(shot.command for each in recordings for shot in each.shots)
+        usual = (*USUAL_NAMES, *CUE_NAMES) if commanded else USUAL_NAMES
+        names = [name for name in usual if name in known]
     found = [_of_scene(each) for each in scene.parameters(names)]
     for number, recording in enumerate(recordings):
         for field, width in FRAME_WIDTHS.items():
@@ -136,7 +144,7 @@ def _of_scene(parameter: Parameter) -> Sought:
         parameter.name,
         parameter.unit,
         parameter.value,
-        parameter.low,
+        LEAST_END_MASS if parameter.name == 'cue.end_mass' else parameter.low,
         parameter.high,
         width,
         parameter.published,

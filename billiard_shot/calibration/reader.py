@@ -11,6 +11,7 @@ from typing import Any
 from billiard_shot.calibration.carom_json import read_carom_json
 from billiard_shot.calibration.csv_file import read_csv
 from billiard_shot.calibration.recording import Frame, RecordedShot, Recording, USUAL_SIGMA
+from billiard_shot.scene import Noise
 from billiard_shot.scene.checks import check, read
 from billiard_shot.scene.errors import InputError, must_be, refused
 from billiard_shot.scene.fields import name, number, section, TAKES
@@ -71,6 +72,8 @@ class Description:
         As `Frame`, with the angle in degrees: `angle_deg`.
     strokes : mapping
         Commanded or measured strokes by the names of shots, as in files of strokes.
+    noise : section, optional
+        Errors with which the commanded strokes were played, as in scenes; see `RecordedShot`.
 
     """
 
@@ -80,6 +83,7 @@ class Description:
     sigma: float = number('m', above=0.0, maximum=0.1, default=USUAL_SIGMA)
     frame: _Frame = section(_Frame, optional=True)
     strokes: Mapping[str, Stroke] = _field(_strokes, {})
+    noise: Noise | None = section(Noise, nullable=True)
 
     def __post_init__(self) -> None:
         check(self)
@@ -137,8 +141,8 @@ def _description(path: Path) -> Description:
 
 
 def _named(shot: RecordedShot, about: Description) -> RecordedShot:
-    """Name the balls of a shot, and add its struck ball and its stroke."""
+    """Name the balls of a shot, and add its struck ball and its stroke with errors."""
     tracks = {about.balls.get(ball, ball): track for ball, track in shot.tracks.items()}
     if len(tracks) < len(shot.tracks):
         raise ValueError(f'balls: shot {shot.name!r} has two balls with the same name')
-    return RecordedShot(shot.name, tracks, about.struck, about.strokes.get(shot.name))
+    return RecordedShot(shot.name, tracks, about.struck, about.strokes.get(shot.name), about.noise)

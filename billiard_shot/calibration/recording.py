@@ -3,10 +3,12 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from billiard_shot.scene import Noise
 from billiard_shot.shot.stroke import Stroke
 
 Floats = NDArray[np.float64]
@@ -61,6 +63,13 @@ class Track:
     sigma: Floats
 
 
+class Command(NamedTuple):
+    """A stroke as it was commanded, and the errors with which it was played."""
+
+    stroke: Stroke
+    noise: Noise
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class RecordedShot:
     """
@@ -75,6 +84,9 @@ class RecordedShot:
         The ball that the cue hit, if it is known.
     stroke : Stroke, optional
         The stroke as it was commanded or measured, if it is known.
+    noise : Noise, optional
+        Errors with which it was played: the scene then tells the launch of the shot, within these
+        errors. Without it, the stroke tells only where the search of the launch begins.
 
     """
 
@@ -82,6 +94,14 @@ class RecordedShot:
     tracks: Mapping[str, Track]
     struck: str | None = None
     stroke: Stroke | None = None
+    noise: Noise | None = None
+
+    @property
+    def command(self) -> Command | None:
+        """What tells the launch, if anything does."""
+        if self.stroke is None or self.noise is None:
+            return None
+        return Command(self.stroke, self.noise)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -38,10 +38,10 @@ def comment_on(estimate: Estimate) -> str:
         return KEPT
     low, high = estimate.interval
     unit = f' {estimate.unit}' if estimate.unit else ''
-    shots = ', '.join(estimate.shots)
+    shots = f'; decided by shots {", ".join(estimate.shots)}' if estimate.shots else ''
     return (
         f'{estimate.value:.4g}{unit}, 95 %: {low:.4g} to {high:.4g}, before: '
-        f'{estimate.before:.4g}; decided by shots {shots}'
+        f'{estimate.before:.4g}{shots}'
     )
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.calibration.recording import Floats, RecordedShot, Track
+from billiard_shot.calibration.recording import Command, Floats, RecordedShot, Track
 
 MOVED, MOVED_SIGMAS = 3e-3, 4.0
 """A ball that is farther than this [m], and so many deviations, from its first place has moved."""
@@ -54,6 +54,8 @@ class Watched:
         Their deviations [m].
     velocity : (2,) float array
         Of the struck ball, estimated from its first samples [m/s].
+    command : Command, optional
+        What tells the launch.
 
     """
 
@@ -69,6 +71,7 @@ class Watched:
     rest: Floats
     rest_sigma: Floats
     velocity: Floats
+    command: Command | None = None
 
     @property
     def duration(self) -> float:
@@ -134,6 +137,7 @@ def watch(shot: RecordedShot, rate: float = 1.0, period: float = 0.0) -> Watched
         np.array([place for place, _ in rests]),
         np.array([sigma for _, sigma in rests]),
         velocity,
+        shot.command,
     )
 
 
@@ -151,7 +155,7 @@ def _first_move(track: Track) -> int:
     """Return the number of the first sample of a movement; 0 if there is none."""
     away = np.linalg.norm(track.place - track.place[0], axis=-1)
     moved = away > np.maximum(MOVED, MOVED_SIGMAS * track.sigma)
-    moved[:-1] &= moved[1:]  # twice, or it was an error
+    moved &= np.append(moved[1:], False)  # twice, or it was an error
     return int(moved.argmax())
 
 

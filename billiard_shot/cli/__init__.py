@@ -50,6 +50,7 @@ STUDIES = {
 }
 CALIBRATIONS = {
     'table': 'fit cloth, cushions and balls of a scene to recorded shots; say how surely',
+    'errors': "estimate a player's errors from commanded and measured strokes",
     'convert': 'write a recording as CSV',
 }
 GROUPS = {'study': ('STUDY', STUDIES), 'calibrate': ('WHAT', CALIBRATIONS)}

@@ -276,6 +276,8 @@ def _print_ranking(result: PlanResult, options: argparse.Namespace) -> None:
     print_rows(PLAN_COLUMNS, rows, options)
     if wants_text(options) and result.best:
         print(textwrap.fill(f'1, played exactly: {result.best.shot.message}', WIDTH))
+        if result.best.command != result.best.stroke:
+            print(f'1, with the bias corrected: {result.best.command!r}')
         for rank, each in enumerate(result.ranking[1:], 2):
             if each.warning:
                 print(textwrap.fill(f'{rank}, warning: {each.warning}', WIDTH))
@@ -312,6 +314,7 @@ def _stroke(each: RankedStroke) -> dict[str, Any]:
         'trials': each.trials,
         'warning': each.warning,
         **dict(zip(OFFSETS, each.stroke.offsets, strict=True)),
+        'command': dict(zip(OFFSETS, each.command.offsets, strict=True)),
         'normal': list(each.stroke.normal),
         'velocity': list(each.stroke.velocity),
         'rest': each.shot.trajectory.final_position.tolist(),

@@ -2,7 +2,6 @@
 
 from billiard_shot.game.agent import Agent, simulated, Simulator
 from billiard_shot.game.call import Call, Decision
-from billiard_shot.game.fitted_scene import fitted_scene
 from billiard_shot.game.game import find_game, Game, game_names
 from billiard_shot.game.outcome import Outcome, outcome_of
 from billiard_shot.game.racking import start
@@ -26,7 +25,6 @@ __all__ = [
     'choose',
     'find_agent',
     'find_game',
-    'fitted_scene',
     'game_names',
     'judge',
     'outcome_of',

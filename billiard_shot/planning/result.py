@@ -34,6 +34,9 @@ class RankedStroke:
     Attributes
     ----------
     stroke : Stroke
+        As it is to be executed.
+    command : Stroke
+        The stroke to command: the bias of the player's errors is corrected.
     success : float
         Fraction of the trials that reached the target.
     interval : (float, float)
@@ -55,6 +58,7 @@ class RankedStroke:
     target: Target = field(repr=False)
     limits: Limits = field(repr=False)
     stroke: Stroke
+    command: Stroke = field(repr=False)
     successes: int = field(repr=False)
     trials: int
     value: float = field(repr=False)

@@ -241,11 +241,13 @@ def _trials(
 def _ranked(
     problem: Problem, stroke: Array, successes: int, trials: int, value: float, error: float
 ) -> RankedStroke:
+    planned = Stroke.from_offsets(*stroke.tolist())
     return RankedStroke(
         problem.scene,
         problem.target,
         problem.limits,
-        Stroke.from_offsets(*stroke.tolist()),
+        planned,
+        problem.noise.commanded(planned, problem.radius),
         successes,
         trials,
         value=value,

@@ -298,7 +298,8 @@ class RobotClient(Node):
                 GoalOutcome.INVALID_PLAN, f'there is no ball {CUE_BALL!r} on the table'
             )
         shot_id = f'{name} {uuid.uuid4().hex[:8]}'  # the driver plays each id once
-        plan = cue_conversions.plan_of(stroke, balls, scene, shot_id)
+        command = scene.noise.commanded(stroke, scene.ball.radius)
+        plan = cue_conversions.plan_of(command, balls, scene, shot_id)
         frame = self.known_table().header.frame_id
         header = Header(frame_id=frame, stamp=self.get_clock().now().to_msg())
         return self.goal_to_play(cue_conversions.plan_message(plan, header), valid_for)

@@ -27,6 +27,7 @@ from billiard_shot.ros.conversions import (
 from billiard_shot.ros.cue_conversions import plan_message, plan_of
 from billiard_shot.ros.parameters import MAX_SAMPLES
 from billiard_shot.scene import Noise, Robot
+from billiard_shot.scene.fields import SECTION_KEY
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.scene.rack import Place
 
@@ -87,7 +88,9 @@ def plan_request_of(
     if goal.limits:
         constraints = asdict(record_of(Robot, goal.limits[0], 'limits'))
     constraints = constraints | {name: names for name, names in of_balls.items() if names}
-    noise = record_of(Noise, goal.noise[0], 'noise') if goal.noise else default.noise
+    noise = default.noise
+    if goal.noise:
+        noise = replace(record_of(Noise, goal.noise[0], 'noise'), bias=noise.bias)
     if not (goal.noise and goal.noise[0].balls):
         noise = replace(noise, balls=max(noise.balls, largest_deviation(balls)))
     return PlanRequest(
@@ -106,11 +109,14 @@ def record_of(kind: type[R], message: Any, field: str) -> R:
     """
     Make a record of the library from a message with the same fields.
 
-    Angles are in radians in the message. They are in degrees in the record, where the names of
-    their fields end in `_deg`. ValueError names the fields of the message, below `field`.
+    Messages have no sections of the record. Angles are in radians in the message. They are in
+    degrees in the record, where the names of their fields end in `_deg`. ValueError names the
+    fields of the message, below `field`.
     """
     values, paths = {}, {}
     for each in fields(cast(Any, kind)):
+        if SECTION_KEY in each.metadata:
+            continue
         there = each.name.removesuffix(DEGREES)
         value = getattr(message, there)
         values[each.name] = value if there == each.name else math.degrees(value)
@@ -240,7 +246,7 @@ def ranked_message(
     x, y, _ = planned.scene.cue_ball
     places = {CUE_BALL: (x, y), **planned.scene.balls}
     balls = request.balls or {ball: Sighting(place) for ball, place in places.items()}
-    plan = plan_of(planned.stroke, balls, planned.scene, f'{planned.kind} {name}')
+    plan = plan_of(planned.command, balls, planned.scene, f'{planned.kind} {name}')
     return RankedPlan(
         plan=plan_message(plan, header),
         kind=planned.kind,

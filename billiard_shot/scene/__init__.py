@@ -2,7 +2,7 @@
 
 from billiard_shot.scene.effects import Effects
 from billiard_shot.scene.equipment import Ball, Cloth, ContactParameters, Contacts, Cue
-from billiard_shot.scene.player import Noise, Robot
+from billiard_shot.scene.player import Bias, Noise, Robot
 from billiard_shot.scene.rack import Rack
 from billiard_shot.scene.scene import Scene, SceneLike
 from billiard_shot.scene.table import BallBall, CornerPocket, Cushion, SidePocket, Table
@@ -10,6 +10,7 @@ from billiard_shot.scene.table import BallBall, CornerPocket, Cushion, SidePocke
 __all__ = [
     'Ball',
     'BallBall',
+    'Bias',
     'Cloth',
     'ContactParameters',
     'Contacts',

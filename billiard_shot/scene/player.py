@@ -1,9 +1,10 @@
 """The player: limits of its strokes, and its execution noise."""
 
+# ruff: noqa: RUF009 (the calls in class bodies make fields, as dataclasses.field does)
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass, replace
 import math
 from typing import Any, ClassVar, Protocol, Self, TypeVar
 
@@ -13,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from billiard_shot.numerics.angles import wrapped
 from billiard_shot.scene.checks import check
 from billiard_shot.scene.errors import Mistake
-from billiard_shot.scene.fields import number
+from billiard_shot.scene.fields import number, section
 from billiard_shot.scene.values import as_floats, positive, whole
 
 A, B, ELEVATION, AZIMUTH, SPEED = range(5)  # columns of strokes
@@ -91,9 +92,38 @@ class Robot:
 
 
 @dataclass(frozen=True, slots=True)
+class Bias:
+    """
+    Mean errors of a player: what its strokes have more than it was told to play.
+
+    Parameters
+    ----------
+    a, b : float
+        Of the contact point of the tip, to the right and up [m], -0.1 to 0.1.
+    elevation_deg, azimuth_deg : float
+        [degrees], -90 to 90.
+    speed : float
+        [m/s].
+
+    """
+
+    a: float = number('m', minimum=-0.1, maximum=0.1, default=0.0)
+    b: float = number('m', minimum=-0.1, maximum=0.1, default=0.0)
+    elevation_deg: float = number('degrees', minimum=-90, maximum=90, default=0.0)
+    azimuth_deg: float = number('degrees', minimum=-90, maximum=90, default=0.0)
+    speed: float = number('m/s', default=0.0)
+
+    def __post_init__(self) -> None:
+        check(self)
+
+
+@dataclass(frozen=True, slots=True)
 class Noise:
     """
-    Execution noise of a player: standard deviations of independent errors.
+    Execution noise of a player: standard deviations of independent errors, and their means.
+
+    Planned strokes are the mean of the strokes that are executed. `commanded` says what to tell a
+    player whose errors have another mean than 0.
 
     The defaults are those of the computer pool tournaments (FastFiz, Noise.h).
 
@@ -107,6 +137,8 @@ class Noise:
         [m/s], at least 0.
     balls : float
         Of the known places of the balls, in each direction [m], 0 to 0.1. Only plans use it.
+    bias : Bias
+        Mean errors, which `commanded` corrects.
 
     """
 
@@ -116,6 +148,7 @@ class Noise:
     azimuth_deg: float = number('degrees', minimum=0, maximum=90, default=0.125)
     speed: float = number('m/s', minimum=0, default=0.075)
     balls: float = number('m', minimum=0, maximum=0.1, default=0.0)
+    bias: Bias = section(Bias, optional=True)
 
     def __post_init__(self) -> None:
         check(self)
@@ -194,20 +227,53 @@ class Noise:
 
     def sigmas(self, ball_radius: float = POOL_BALL_RADIUS) -> NDArray[np.float64]:
         """Return the standard deviations (5,) of a, b (ball radii), angles (rad), speed (m/s)."""
-        ball_radius = positive('ball_radius', ball_radius, 'm')
-        return np.array(
-            [
-                self.a / ball_radius,
-                self.b / ball_radius,
-                math.radians(self.elevation_deg),
-                math.radians(self.azimuth_deg),
-                self.speed,
-            ]
-        )
+        return _in_columns(self, ball_radius)
+
+    def means(self, ball_radius: float = POOL_BALL_RADIUS) -> NDArray[np.float64]:
+        """Return the mean errors (5,) in the same units."""
+        return _in_columns(self.bias, ball_radius)
+
+    def commanded(self, stroke: S, ball_radius: float = POOL_BALL_RADIUS) -> S:
+        """
+        Correct the bias: return the stroke to command, so that a planned one is played on average.
+
+        Parameters
+        ----------
+        stroke : Stroke
+            As it is planned.
+        ball_radius : float
+            [m]; by default that of pool balls.
+
+        Returns
+        -------
+        Stroke
+            The same one if there is no bias. Elevations are at least 0, and speeds 1 mm/s.
+
+        """
+        bias = self.means(ball_radius)
+        if not bias.any():
+            return stroke
+        offsets = with_errors(np.array(stroke.offsets), -bias).tolist()
+        return type(stroke).from_offsets(*offsets, axis=stroke.axis)
 
     def times(self, factor: float) -> Noise:
-        """Return the noise multiplied by a factor, at least 0."""
-        return Noise(*(factor * each for each in astuple(self)))
+        """Return the noise with all standard deviations multiplied by a factor, at least 0."""
+        names = 'a', 'b', 'elevation_deg', 'azimuth_deg', 'speed', 'balls'
+        return replace(self, **{name: factor * getattr(self, name) for name in names})
+
+
+def _in_columns(errors: Noise | Bias, ball_radius: float) -> NDArray[np.float64]:
+    """Return the errors (5,) of a, b (ball radii), elevation, azimuth (rad), speed (m/s)."""
+    ball_radius = positive('ball_radius', ball_radius, 'm')
+    return np.array(
+        [
+            errors.a / ball_radius,
+            errors.b / ball_radius,
+            math.radians(errors.elevation_deg),
+            math.radians(errors.azimuth_deg),
+            errors.speed,
+        ]
+    )
 
 
 def with_errors(strokes: NDArray[np.float64], errors: NDArray[np.float64]) -> NDArray[np.float64]:

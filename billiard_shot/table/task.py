@@ -284,6 +284,8 @@ def strike_details(
 
 def joined(parts: list[BatchRecording]) -> BatchRecording:
     """Put tables one after the other that were simulated in parts, without their motion."""
+    if len(parts) == 1:
+        return parts[0]
     columns: dict[str, Any] = {
         name: np.concatenate([getattr(part, name) for part in parts]) for name in COLUMNS
     }

@@ -9,6 +9,9 @@ from typing import TypeVar
 
 T = TypeVar('T')
 
+LARGEST_PART = 1000
+"""Rows that one thread does at once. Between two parts, Ctrl+C is answered."""
+
 
 def in_threads(work: Callable[[slice], T], count: int, workers: int | None = None) -> list[T]:
     """
@@ -27,7 +30,8 @@ def in_threads(work: Callable[[slice], T], count: int, workers: int | None = Non
 
     """
     threads = workers or os.cpu_count() or 1
-    size = max(1, math.ceil(count / (8 * threads)))  # small parts, because rows differ in cost
+    small = max(1, math.ceil(count / (8 * threads)))  # because rows differ in cost
+    size = LARGEST_PART if threads == 1 else small
     parts = [slice(i, i + size) for i in range(0, count, size)]
     if threads == 1 or len(parts) <= 1:
         return [work(part) for part in parts]

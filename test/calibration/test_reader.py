@@ -14,6 +14,7 @@ from billiard_shot.calibration import csv_file
 from billiard_shot.calibration.csv_file import read_csv, write_csv
 from billiard_shot.calibration.reader import read_recording
 from billiard_shot.calibration.recording import Frame, RecordedShot, Recording, Track
+from billiard_shot.scene import Noise
 
 HEADER = 'shot,time,ball,x,y\n'
 
@@ -109,7 +110,8 @@ def test_the_description_names_balls_frame_scene_and_strokes(file):
     path = file(HEADER + '1,0,white,0,0\n1,0,red,1,0\n')
     file(
         'scene: carom\nstruck: cue\nsigma: 0.002\nballs: {white: cue}\n'
-        'frame: {x: 0.1, angle_deg: 90, scale: 2, rate: 1.001}\nstrokes: {1: {speed: 2}}\n',
+        'frame: {x: 0.1, angle_deg: 90, scale: 2, rate: 1.001}\nstrokes: {1: {speed: 2}}\n'
+        'noise: {a: 0.001, speed: 0.05}\n',
         'seen.yaml',
     )
     recording = read_recording(path)
@@ -117,6 +119,7 @@ def test_the_description_names_balls_frame_scene_and_strokes(file):
     assert (list(shot.tracks), shot.struck, recording.scene) == (['cue', 'red'], 'cue', 'carom')
     assert shot.tracks['cue'].sigma.tolist() == [0.002]
     assert shot.stroke.offsets[4] == pytest.approx(2.0)
+    assert shot.command == (shot.stroke, Noise(a=0.001, speed=0.05))
     assert recording.frame == Frame(0.1, 0.0, math.pi / 2, 2.0, 1.001)
 
 
@@ -125,6 +128,7 @@ def test_the_description_names_balls_frame_scene_and_strokes(file):
     [
         ('sigmas: 1', 'seen.yaml: line 1: sigmas is unknown; the nearest key is sigma'),
         ('frame:\n  scale: 0', 'seen.yaml: line 2: frame.scale must be a finite number above 0'),
+        ('noise: {speed: -1}', 'seen.yaml: line 1: noise.speed must be a finite number'),
         ('strokes: {7: {speed: 2}}', "strokes: no shot '7'"),
         ('strokes: {1: {sped: 2}}', 'sped is unknown'),
         ('balls: {white: red}', "shot '1' has two balls with the same name"),

@@ -89,6 +89,7 @@ def test_of_samples_that_are_near_in_time_one_stands_for_all():
     [
         ({'cue': lying(TIMES, (0.0, 0.0))}, None, 'no ball moves'),
         ({'cue': lying([0.0], (0.0, 0.0))}, None, 'no ball moves'),
+        ({'cue': straight(0.3, 1.0, TIMES[:17])}, None, 'no ball moves'),  # it is seen once
         ({'cue': straight(0.3, 1.0, TIMES)}, 'red', "ball 'red' does not move"),
         (
             {'cue': straight(0.3, 1.0, TIMES[:18])},

@@ -173,7 +173,15 @@ def plan_and_picture():
     stroke = Stroke.from_offsets(0.06, -0.001, 0.56, -0.02, 3.2)
     limits = limits_of(scene, None, scene.noise)
     planned = RankedStroke(
-        scene, Pot('8'), limits, stroke, successes=300, trials=1000, value=0.3, value_error=0.01
+        scene,
+        Pot('8'),
+        limits,
+        stroke,
+        stroke,
+        successes=300,
+        trials=1000,
+        value=0.3,
+        value_error=0.01,
     )
     return planned, plan_figure(planned, sample_outcomes(planned, scene.noise, 20))
 

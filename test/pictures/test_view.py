@@ -1,5 +1,6 @@
 """The page of a shot: what is in it, and what a browser makes of it."""
 
+import copy
 import math
 
 from browser import choose, click, find_browser, open_tab, opened
@@ -43,9 +44,14 @@ def test_data_are_those_of_the_shot():
 def test_a_recorded_shot_gives_the_same_page(tmp_path):
     save_shot(COMBINATION, tmp_path / 'shot.json')
     data, loaded = (
-        view_data(shot, 'x') for shot in (COMBINATION, load_shot(tmp_path / 'shot.json'))
+        copy.deepcopy(view_data(shot, 'x'))
+        for shot in (COMBINATION, load_shot(tmp_path / 'shot.json'))
     )
-    assert {**loaded, 'source': None} == {**data, 'source': None}  # which has what was derived
+    for page in (data, loaded):
+        del page['source']  # a recorded scene has what was derived as given, so that it no longer
+        for number in page['equipment']['parameters']:
+            del number['paths']  # follows other numbers
+    assert loaded == data
 
 
 def test_a_page_is_small():

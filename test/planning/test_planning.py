@@ -2,6 +2,7 @@
 
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import replace
+import math
 import pickle
 import re
 from time import sleep
@@ -24,7 +25,7 @@ from billiard_shot.planning.statistics import (
     wilson_interval,
 )
 from billiard_shot.planning.targets import target_of
-from billiard_shot.scene.player import AZIMUTH, B, ELEVATION, SPEED
+from billiard_shot.scene.player import AZIMUTH, B, Bias, ELEVATION, SPEED
 from billiard_shot.shot.lowest_elevation import refusals_in
 from billiard_shot.shot.stroke import vectors_of
 from billiard_shot.table.run import POCKET_NAMES
@@ -379,6 +380,17 @@ def test_plans_say_what_they_are():
     assert repr(result).startswith(f'PlanResult(OK: {result.message}; strokes: ')
     assert repr(result.best).startswith(f'RankedStroke({result.best.kind}: success ')
     assert len(repr(result)) < 200
+
+
+def test_plans_say_what_to_command_to_a_player_with_a_bias():
+    scene = Scene.load(SCENE)
+    biased = replace(scene.noise, bias=Bias(azimuth_deg=0.5, speed=0.1))
+    unbiased, corrected = (
+        plan(SCENE, {'pot': '8'}, noise, budget=BUDGET).best for noise in (None, biased)
+    )
+    assert unbiased.command == unbiased.stroke == corrected.stroke
+    away = np.array(corrected.stroke.offsets) - corrected.command.offsets
+    assert away == pytest.approx([0.0, 0.0, 0.0, math.radians(0.5), 0.1])
 
 
 def test_plans_for_pandas():

@@ -87,7 +87,7 @@ def run(options: argparse.Namespace) -> int:
             progress=lambda at: report(at.done, at.text, at.total),
             checkpoint=options.state,
         )
-    print_rows(ESTIMATES, [_row(each) for each in result.estimates], options)
+    print_rows(ESTIMATES, [row_of(each) for each in result.estimates], options)
     if wants_text(options):
         print(_summary(result))
     if options.output:
@@ -97,7 +97,8 @@ def run(options: argparse.Namespace) -> int:
     return DONE if result.converged else FAILED
 
 
-def _row(estimate: Any) -> dict[str, Any]:
+def row_of(estimate: Any) -> dict[str, Any]:
+    """Return the row of an estimate."""
     low, high = estimate.interval or (None, None)
     return {
         'name': estimate.name,

@@ -127,16 +127,15 @@ function cameraNow() {
   projection[8] = 1 - (left + right) / width;
   projection[9] = (top + bottom) / height - 1;
   return {
-    matrix: multiply(projection, lookAt(eye, target, up)), eye, target, distance, up,
+    matrix: multiply(projection, lookAt(eye, target, up)), eye, target, distance, up, width, height,
   };
 }
 
 // Where a place [m] is on the canvas [pixels], and its depth: below 0, it is behind the camera.
-function project(place, { matrix } = cameraNow()) {
+function project(place, { matrix, width, height } = cameraNow()) {
   const [x, y, , w] = [0, 1, 2, 3].map((row) => matrix[row] * place[0] + matrix[4 + row] * place[1]
     + matrix[8 + row] * place[2] + matrix[12 + row]);
-  const canvas = element('canvas');
-  return [(0.5 + 0.5 * x / w) * canvas.clientWidth, (0.5 - 0.5 * y / w) * canvas.clientHeight, w];
+  return [(0.5 + 0.5 * x / w) * width, (0.5 - 0.5 * y / w) * height, w];
 }
 
 /** The place at a height above the cloth that is seen at a place on the canvas [pixels]. */

@@ -32,6 +32,10 @@ const estimateSoon = afterQuiet(QUIET, async () => {
   estimates += 1;
   const [number, target, table] = [estimates, targetNow(), tableFor(state)];
   if (shown.refused) return;
+  if (renderer && !renderer.isDone()) { // workers would take the processors from what draws
+    estimateSoon();
+    return;
+  }
   running = table;
   for (const n of [FIRST_STROKES, STROKES]) {
     const strokes = table.drawn(offsetsOf(state.stroke), state.noise, n, SEED);
@@ -65,11 +69,11 @@ const percent = (part) => `${fixed(100 * part, part > 0 && part < 0.095 ? 1 : 0)
 
 function showChance() {
   const target = targetNow();
-  element('aim-at').textContent = target ? inWords(target) : '';
+  update(element('aim-at'), { textContent: target ? inWords(target) : '' });
   const known = estimate?.interval;
-  element('chance').textContent = known ? percent(estimate.chance) : '';
-  element('interval').textContent = known
-    ? `${percent(known[0])} to ${percent(known[1])}, ${estimate.n} strokes with your errors` : '';
+  update(element('chance'), { textContent: known ? percent(estimate.chance) : '' });
+  update(element('interval'), { textContent: known
+    ? `${percent(known[0])} to ${percent(known[1])}, ${estimate.n} strokes with your errors` : '' });
   element('bar').style.width = known ? `${100 * estimate.chance}%` : '0';
 }
 

@@ -8,6 +8,13 @@ function make(tag, content, properties = {}) {
   return Object.assign(made, properties);
 }
 
+/** Set properties that differ from those of an element: browsers draw all again that is set. */
+function update(part, properties) {
+  for (const [name, value] of Object.entries(properties)) {
+    if (String(part[name]) !== String(value)) part[name] = value;
+  }
+}
+
 function fill(id, choices) {
   element(id).replaceChildren(...choices.map(([text, value]) => make('option', text, { value })));
 }

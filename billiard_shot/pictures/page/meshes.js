@@ -174,22 +174,6 @@ function cueMesh(length) {
   return mesh.numbers;
 }
 
-// The unit sphere, as places only.
-function sphereMesh(around, down) {
-  const numbers = [];
-  const point = (i, j) => {
-    const [a, b] = [2 * Math.PI * i / around, Math.PI * j / down];
-    return [Math.sin(b) * Math.cos(a), Math.sin(b) * Math.sin(a), Math.cos(b)];
-  };
-  for (let i = 0; i < around; i++) {
-    for (let j = 0; j < down; j++) {
-      const corners = [point(i, j), point(i, j + 1), point(i + 1, j + 1), point(i + 1, j)];
-      for (const k of [0, 1, 2, 0, 2, 3]) numbers.push(...corners[k]);
-    }
-  }
-  return numbers;
-}
-
 // Lines as points: place, how far along [m], and the pattern of the line that ends there; -1: a line
 // begins there.
 const PATTERNS = { ROLL: 0, SLIDE: 1, FLIGHT: 2 };

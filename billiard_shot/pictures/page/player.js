@@ -26,7 +26,7 @@ function replay() {
   playing = false;
   showPlaying();
   drawPaths();
-  Object.assign(element('slider'), { min: begin(), max: end() });
+  update(element('slider'), { min: begin(), max: end() });
   setTime(begin());
   tellStory();
   forgetEstimate();
@@ -58,17 +58,17 @@ function drawPaths() {
 
 function tellStory() {
   const text = sentenceOf(shown);
-  element('message').textContent = text.charAt(0).toUpperCase() + text.slice(1);
+  update(element('message'), { textContent: text.charAt(0).toUpperCase() + text.slice(1) });
   element('message').classList.toggle('refused', shown.refused);
   const target = targetNow();
-  element('why').textContent = target && !shown.refused ? whyMissed(shown, target) : '';
+  update(element('why'), { textContent: target && !shown.refused ? whyMissed(shown, target) : '' });
 }
 
 // ---- time ----
 
 function setTime(value) {
   time = clamp(value, begin(), end());
-  element('slider').value = time;
+  update(element('slider'), { value: time });
   draw();
 }
 
@@ -83,7 +83,7 @@ function play(on) {
 }
 
 function showPlaying() {
-  element('play').textContent = playing ? '❚❚' : '▶ Strike';
+  update(element('play'), { textContent: playing ? '❚❚' : '▶ Strike' });
 }
 
 function step(now) {
@@ -157,7 +157,7 @@ function describe() {
     element('readout').replaceChildren(...parts);
     markEvents();
   }
-  element('clock').textContent = `${fixed(time, 3)} s`;
+  update(element('clock'), { textContent: `${fixed(time, 3)} s` });
   element('again').disabled = time <= begin();
   element('go-on').disabled = shown.refused || !shown.balls.every(({ segments: all }) => !isEndless(all));
 }
@@ -250,6 +250,10 @@ function listen() {
     each.addEventListener('click', () => look(each.dataset.view));
   });
   window.addEventListener('hashchange', followLink);
+  matchMedia('(prefers-color-scheme: light)').addEventListener('change', () => {
+    renderer?.readRoom();
+    draw();
+  });
 }
 
 function followNamed(name) {
@@ -268,8 +272,7 @@ function showState() {
 }
 
 function giveHint(text) {
-  element('hint').textContent = text;
-  element('hint').hidden = !text;
+  update(element('hint'), { textContent: text, hidden: !text });
 }
 
 function trouble(text) {
@@ -279,8 +282,14 @@ function trouble(text) {
 
 async function start() {
   fillPage();
+  const opened = openCore();
   try {
-    await openCore();
+    renderer = new Renderer(element('canvas'), data);
+  } catch (error) {
+    trouble(error.message);
+  }
+  try {
+    await opened;
   } catch (error) {
     trouble(`This browser cannot run the page: ${error.message}`);
     return;
@@ -291,11 +300,6 @@ async function start() {
     state = { ...state, stroke, level: stroke.elevation };
   }
   initial = state;
-  try {
-    renderer = new Renderer(element('canvas'), data);
-  } catch (error) {
-    trouble(error.message);
-  }
   watch(['balls', 'stroke', 'played', 'effects', 'parameters'], replay);
   watch(['noise', 'target'], forgetEstimate);
   watch(['kept', 'units'], showKept);

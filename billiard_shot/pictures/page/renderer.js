@@ -1,47 +1,67 @@
 // Draws the table, the balls and the cue with WebGL, as seen by a camera. What does not move is drawn
-// once for a camera, and copied into each frame: its light takes much longer than all else.
+// once for a camera, and copied into each picture: its light takes much longer than all else. The
+// canvas is opaque, or the browser would have to draw the page below it for each picture, too.
 
 const SHADE = 12; // radii, as far as which balls shade each other
+const ROOM_COLOURS = ['--middle', '--half', '--edge']; // of the page's style
 
 class Renderer {
   constructor(canvas, data) {
     this.canvas = canvas;
     this.data = data;
-    this.gl = canvas.getContext('webgl2', { antialias: false, alpha: true, premultipliedAlpha: true });
+    this.gl = canvas.getContext('webgl2', { antialias: false, alpha: false });
     if (!this.gl) throw new Error('This browser has no WebGL 2, which the table is drawn with.');
     const { gl } = this;
     gl.enable(gl.DEPTH_TEST);
     gl.enable(gl.BLEND);
-    const shaders = { solid: SOLID, ball: BALL, line: LINE, shadow: SHADOW, copy: COPY, dot: DOT };
-    this.programs = Object.fromEntries(
-      Object.entries(shaders).map(([name, shader]) => [name, this.program(shader)]));
+    const shaders = {
+      solid: SOLID, room: ROOM, copy: COPY, shadow: SHADOW, line: LINE, dot: DOT, ball: BALL,
+    };
+    const begun = Object.entries(shaders).map(([name, shader]) => [name, this.program(shader)]);
+    this.programs = Object.fromEntries(begun.map(([name, given]) => [name, this.linked(given)]));
     const solid = [3, 3, 3, 1];
     this.table = this.mesh(data.table ? tableMesh(data.table) : floorMesh([0, 0], FLOOR_SIZE), solid);
     this.cue = this.mesh(cueMesh(data.cue.length), solid);
-    this.sphere = this.mesh(sphereMesh(32, 20), [3]);
     this.nothing = gl.createVertexArray(); // of programs whose vertices have only a number
     this.lines = new Map(); // by their names
     this.dots = new Map();
     this.looks = data.balls.map(lookOf);
     this.numbers = this.numberTexture();
-    this.still = { key: '', pictures: [gl.createTexture(), gl.createTexture()], parts: [] };
+    const two = (what) => [gl[`create${what}`](), gl[`create${what}`]()];
+    this.still = { frames: two('Framebuffer'), pictures: two('Texture'), parts: [] };
+    this.asked = null; // signals that a picture is drawn
+    this.readRoom();
   }
 
+  /** Read the colours of the room, which differ by day and by night. */
+  readRoom() {
+    const style = getComputedStyle(document.documentElement);
+    this.room = ROOM_COLOURS.flatMap((name) => shadeOf(style.getPropertyValue(name).trim()));
+    this.still.key = '';
+  }
+
+  /** Begin to compile a program: browsers compile several at a time. */
   program({ vertex, fragment }) {
     const { gl } = this;
     const program = gl.createProgram();
-    for (const [kind, source] of [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]]) {
+    const sources = [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]];
+    const shaders = sources.map(([kind, source]) => {
       const shader = gl.createShader(kind);
       gl.shaderSource(shader, source);
       gl.compileShader(shader);
-      if (!gl.getShaderParameter(shader, gl.COMPILE_STATUS)) {
-        throw new Error(gl.getShaderInfoLog(shader));
-      }
       gl.attachShader(program, shader);
-    }
+      return shader;
+    });
     gl.linkProgram(program);
+    return { program, shaders };
+  }
+
+  /** Wait for a program, and find its uniforms. */
+  linked({ program, shaders }) {
+    const { gl } = this;
     if (!gl.getProgramParameter(program, gl.LINK_STATUS)) {
-      throw new Error(gl.getProgramInfoLog(program));
+      const logs = shaders.map((shader) => gl.getShaderInfoLog(shader));
+      throw new Error([...logs, gl.getProgramInfoLog(program)].join(' '));
     }
     const places = {};
     const count = gl.getProgramParameter(program, gl.ACTIVE_UNIFORMS);
@@ -141,9 +161,9 @@ class Renderer {
     const ratio = this.resize();
     this.light = this.lightOf(camera, cue);
     gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
+    gl.viewport(0, 0, this.canvas.width, this.canvas.height);
     this.drawStill(camera);
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
-    gl.viewport(0, 0, this.canvas.width, this.canvas.height);
     this.copyStill();
     this.drawShadows(balls, cue);
     this.drawLines(camera, ratio, lines);
@@ -156,6 +176,8 @@ class Renderer {
       gl.uniformMatrix4fv(solid.model, false, poseAlong(cue.direction, cue.tip));
       this.render(this.cue);
     }
+    gl.deleteSync(this.asked);
+    this.asked = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
   }
 
   // ---- what does not move ----
@@ -169,8 +191,6 @@ class Renderer {
     still.key = key;
     const [drawn, copied] = still.frames;
     gl.bindFramebuffer(gl.FRAMEBUFFER, drawn);
-    gl.viewport(0, 0, width, height);
-    gl.clearColor(0, 0, 0, 0);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     const solid = this.use('solid');
     gl.uniformMatrix4fv(solid.model, false, pose([0, 0, 0, 1], [0, 0, 0]));
@@ -186,6 +206,26 @@ class Renderer {
     for (const part of [gl.COLOR_BUFFER_BIT, gl.DEPTH_BUFFER_BIT]) {
       gl.blitFramebuffer(0, 0, width, height, 0, 0, width, height, part, gl.NEAREST);
     }
+    gl.bindFramebuffer(gl.FRAMEBUFFER, copied);
+    this.drawRoom();
+  }
+
+  /** Draw the room behind all that is drawn. */
+  drawRoom() {
+    const { gl, programs: { room: { program, places } } } = this;
+    gl.disable(gl.DEPTH_TEST);
+    gl.blendFunc(gl.ONE_MINUS_DST_ALPHA, gl.ONE);
+    gl.useProgram(program);
+    gl.uniform3fv(places.colours, this.room);
+    this.strip(1);
+    gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
+    gl.enable(gl.DEPTH_TEST);
+  }
+
+  /** Whether all that was asked for is drawn. */
+  isDone() {
+    const { gl, asked } = this;
+    return asked !== null && gl.getSyncParameter(asked, gl.SYNC_STATUS) !== gl.UNSIGNALED;
   }
 
   // Two frames: one with several samples a pixel, and one that can be read as pictures.
@@ -195,7 +235,6 @@ class Renderer {
     const samples = Math.min(4, gl.getParameter(gl.MAX_SAMPLES));
     const formats = [[gl.RGBA8, gl.COLOR_ATTACHMENT0], [gl.DEPTH_COMPONENT24, gl.DEPTH_ATTACHMENT]];
     still.parts.forEach((part) => gl.deleteRenderbuffer(part));
-    still.frames ??= [gl.createFramebuffer(), gl.createFramebuffer()];
     gl.bindFramebuffer(gl.FRAMEBUFFER, still.frames[0]);
     still.parts = formats.map(([format, place]) => {
       const part = gl.createRenderbuffer();
@@ -217,7 +256,8 @@ class Renderer {
 
   copyStill() {
     const { gl, still, programs: { copy: { program, places } } } = this;
-    gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
+    gl.clear(gl.DEPTH_BUFFER_BIT);
+    gl.disable(gl.BLEND);
     gl.useProgram(program);
     still.pictures.forEach((picture, i) => {
       gl.activeTexture(gl.TEXTURE0 + i);
@@ -226,6 +266,7 @@ class Renderer {
     });
     gl.activeTexture(gl.TEXTURE0);
     this.strip(1);
+    gl.enable(gl.BLEND);
   }
 
   // ---- what moves ----
@@ -244,15 +285,22 @@ class Renderer {
       const away = z / (lamp[2] - z);
       const wide = radius * (3 + 2.5 * away);
       const [dx, dy] = [(x - lamp[0]) * away, (y - lamp[1]) * away];
-      gl.uniform4f(places.area, x + dx / 2, y + dy / 2,
-        wide + Math.abs(dx) / 2 + 0.7 * lamp[3] * away, wide + Math.abs(dy) / 2);
+      gl.uniform2f(places.middle, x + dx / 2, y + dy / 2);
+      gl.uniform2f(places.along, wide + Math.abs(dx) / 2 + 0.7 * lamp[3] * away, 0);
+      gl.uniform2f(places.across, 0, wide + Math.abs(dy) / 2);
       this.strip(1);
     });
     if (cue.opacity > 0) {
       const places = this.use('shadow');
-      const butt = add(cue.tip, cue.direction, -length);
-      const [mx, my] = scale(add(cue.tip, butt), 0.5);
-      gl.uniform4f(places.area, mx, my, Math.abs(butt[0] - mx) + 0.2, Math.abs(butt[1] - my) + 0.2);
+      const { tip, direction: [dx, dy] } = cue;
+      const butt = add(tip, cue.direction, -length);
+      const wide = 0.02 + 0.33 * butt[2]; // as underCue has it
+      const level = Math.hypot(dx, dy);
+      const [ux, uy] = level > 1e-6 ? [dx / level, dy / level] : [1, 0];
+      const far = wide + 0.5 * length * level;
+      gl.uniform2f(places.middle, (tip[0] + butt[0]) / 2, (tip[1] + butt[1]) / 2);
+      gl.uniform2f(places.along, far * ux, far * uy);
+      gl.uniform2f(places.across, -wide * uy, wide * ux);
       this.strip(1);
     }
     gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
@@ -305,7 +353,7 @@ class Renderer {
       this.shade(places, balls.filter((other) => other.opacity > 0.5 && other.place !== place
         && Math.hypot(...add(other.place, place, -1)) < SHADE * data.scene.radius));
       gl.uniform1f(places.opacity, opacity);
-      this.render(this.sphere);
+      this.strip(1);
     });
   }
 

@@ -80,7 +80,11 @@ const LIGHT = `
     return clamp(edge / max(fwidth(edge), 1e-4), 0.0, 1.0);
   }
 
-  float hash(vec2 p) { return fract(sin(dot(p, vec2(127.1, 311.7))) * 43758.5453); }
+  float hash(vec2 p) { // D. Hoskins, "Hash without sine", 2014
+    vec3 q = fract(p.xyx * 0.1031);
+    q += dot(q, q.yzx + 33.33);
+    return fract((q.x + q.y) * q.z);
+  }
 
   float noise(vec2 p) {
     vec2 i = floor(p), f = fract(p);
@@ -140,7 +144,7 @@ const SOLID = {
         float rings = noise(vec2(grain.x * 3.0, grain.y * 130.0)) + noise(vec2(grain.x * 9.0, grain.y * 420.0));
         base *= 0.72 + 0.28 * rings;
       }
-      vec3 light = lit(p, normal, base, vec3(0.20)); // shadows are drawn later
+      vec3 light = base * (0.42 * unshaded(p, normal) + 0.20); // shadows are drawn later
       if (kind == ${WOOD} || kind == ${PLAIN}) {   // varnish
         vec3 r = reflect(normalize(p - eye), normal);
         float up = max(r.z, 1e-3);
@@ -156,22 +160,29 @@ const SOLID = {
     }`,
 };
 
-const BALL = {
+const BALL = { // a disc, on which the ball is seen
   vertex: `#version 300 es
     precision highp float;
-    layout(location = 0) in vec3 place;
     uniform mat4 camera, model;
+    uniform vec3 eye;
     uniform float radius;
-    out vec3 p, n, own;
+    out vec3 seen;
+    out vec2 disc;           // from -1 to 1
     void main() {
-      own = place;
-      n = mat3(model) * place;
-      p = (model * vec4(radius * place, 1.0)).xyz;
-      gl_Position = camera * vec4(p, 1.0);
+      vec3 to = eye - model[3].xyz;
+      vec3 right = normalize(cross(abs(to.z) < 0.99 * length(to) ? vec3(0, 0, 1) : vec3(1, 0, 0), to));
+      vec3 up = normalize(cross(to, right));
+      float part = radius * radius / dot(to, to);
+      disc = vec2(gl_VertexID % 2, gl_VertexID / 2) * 2.0 - 1.0;
+      seen = model[3].xyz + part * to + radius * sqrt(1.0 - part) * (disc.x * right + disc.y * up);
+      gl_Position = camera * vec4(seen, 1.0);
     }`,
   fragment: `#version 300 es
     precision highp float;
-    in vec3 p, n, own;
+    in vec3 seen;
+    in vec2 disc;
+    uniform mat4 camera, model;
+    uniform float radius;
     uniform vec3 ground;     // colour
     uniform int look;        // 0: dots, 1: a number, 2: a number and a stripe
     uniform vec3 dots;       // their colour
@@ -198,12 +209,18 @@ const BALL = {
     }
 
     void main() {
-      vec3 normal = normalize(n);
-      vec3 base = paint(normalize(own));
+      float edge = 1.0 - length(disc), covered = clamp(edge / fwidth(edge), 0.0, 1.0);
+      vec3 view = normalize(seen - eye), from = eye - model[3].xyz;
+      vec3 aside = from - dot(from, view) * view; // from the centre to the ray of view
+      vec3 p = model[3].xyz + aside - sqrt(max(radius * radius - dot(aside, aside), 0.0)) * view;
+      vec3 normal = (p - model[3].xyz) / radius;
+      vec3 base = paint(normal * mat3(model));
+      if (covered == 0.0) discard;
+      vec4 place = camera * vec4(p, 1.0);
+      gl_FragDepth = 0.5 + 0.5 * place.z / place.w;
       float down = 0.5 - 0.5 * normal.z;
       vec3 sky = mix(vec3(0.26), vec3(0.02, 0.11, 0.07), down) * (1.0 - 0.5 * down * down);
       vec3 light = lit(p, normal, base, sky);
-      vec3 view = normalize(p - eye);
       vec3 r = reflect(view, normal);
       float fresnel = 0.04 + 0.96 * pow(1.0 - max(dot(-view, normal), 0.0), 5.0);
       vec3 mirror = mix(vec3(0.03, 0.10, 0.07), vec3(0.12, 0.13, 0.15), smoothstep(-0.1, 0.2, r.z));
@@ -212,7 +229,7 @@ const BALL = {
         mirror += 16.0 * (1.0 - smoothstep(0.92, 1.08, abs(q.x) / lamp.w))
                        * (1.0 - smoothstep(0.92, 1.08, abs(q.y) / 0.16));
       }
-      colour = shown(light + 0.9 * fresnel * mirror) * opacity * covered(normal, view);
+      colour = shown(light + 0.9 * fresnel * mirror) * opacity * covered;
     }`,
 };
 
@@ -260,11 +277,11 @@ const SHADOW = {
   vertex: `#version 300 es
     precision highp float;
     uniform mat4 camera;
-    uniform vec4 area;       // middle and half size, x and y
+    uniform vec2 middle, along, across; // along and across: to the edges of a rectangle
     out vec3 p;
     void main() {
       vec2 corner = vec2(gl_VertexID % 2, gl_VertexID / 2) * 2.0 - 1.0;
-      p = vec3(area.xy + corner * area.zw, 2e-4);
+      p = vec3(middle + corner.x * along + corner.y * across, 2e-4);
       gl_Position = camera * vec4(p, 1.0);
     }`,
   fragment: `#version 300 es
@@ -280,13 +297,30 @@ const SHADOW = {
     }`,
 };
 
-const COPY = { // a picture, and how deep everything in it is
-  vertex: `#version 300 es
-    out vec2 at;
+// All of a picture, from (0, 0) to (1, 1).
+const WHOLE = `#version 300 es
+  out vec2 at;
+  void main() {
+    at = vec2(gl_VertexID % 2, gl_VertexID / 2);
+    gl_Position = vec4(at * 2.0 - 1.0, 0.0, 1.0);
+  }`;
+
+const ROOM = { // the light of the lamp around the table
+  vertex: WHOLE,
+  fragment: `#version 300 es
+    precision highp float;
+    in vec2 at;
+    uniform vec3 colours[3]; // in the middle, half way, at the farthest corner
+    out vec4 colour;
     void main() {
-      at = vec2(gl_VertexID % 2, gl_VertexID / 2);
-      gl_Position = vec4(at * 2.0 - 1.0, 0.0, 1.0);
+      float far = 2.0 * length((at - vec2(0.45, 0.6)) / (1.414 * vec2(0.55, 0.6)));
+      vec3 inner = mix(colours[0], colours[1], min(far, 1.0));
+      colour = vec4(mix(inner, colours[2], max(far - 1.0, 0.0)), 1.0);
     }`,
+};
+
+const COPY = { // a picture, and how deep everything in it is
+  vertex: WHOLE,
   fragment: `#version 300 es
     precision highp float;
     in vec2 at;

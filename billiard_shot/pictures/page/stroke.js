@@ -48,5 +48,5 @@ function showStroke() {
     element(id).setAttribute('cy', -b * factor);
   }
   const isRaised = elevation > state.level + 1e-9;
-  element('raised').textContent = isRaised ? 'The cue is raised: something is in its way.' : '';
+  update(element('raised'), { textContent: isRaised ? 'The cue is raised: something is in its way.' : '' });
 }

@@ -37,11 +37,11 @@ function field(label, kind, range, get, put) {
     const value = get();
     const [low, high] = [Math.min(range[0], value), Math.max(range[1], value)];
     const step = 10 ** -digits;
-    Object.assign(slider, { min: low * size, max: high * size, step: 'any', value: value * size });
+    update(slider, { min: low * size, max: high * size, step: 'any', value: value * size });
     if (document.activeElement !== box) {
-      Object.assign(box, { step, value: Number((value * size).toFixed(digits + 1)) });
+      update(box, { step, value: Number((value * size).toFixed(digits + 1)) });
     }
-    name.textContent = unit;
+    update(name, { textContent: unit });
   };
   const root = make('label', [make('span', label), slider, box, name], { className: 'field' });
   fields.push({ root, show });

@@ -1,0 +1,110 @@
+"""Errors of a player, from commanded and measured strokes."""
+
+import numpy as np
+import pytest
+
+from billiard_shot import Scene, Stroke
+from billiard_shot.calibration.errors import errors_of, NAMES
+from billiard_shot.calibration.strokes_csv import read_errors
+from billiard_shot.cli import main
+from billiard_shot.cli.exit_codes import DONE, WRONG_INPUT
+from billiard_shot.scene import Bias, Noise
+
+SCENE = Scene.load('pool')
+BIAS = np.array([1e-3, -5e-4, 0.2, -0.1, 0.05])  # m, m, degrees, degrees, m/s
+SIGMA = np.array([5e-4, 4e-4, 0.1, 0.125, 0.075])
+
+
+def test_intervals_from_thirty_strokes_hold_the_truth_in_95_percent():
+    draw = np.random.default_rng(1)
+    truth = dict(zip([f'noise.bias.{name}' for name in NAMES], BIAS, strict=True))
+    truth |= dict(zip([f'noise.{name}' for name in NAMES], SIGMA, strict=True))
+    held = []
+    for _ in range(2000):
+        found = errors_of(SCENE, BIAS + SIGMA * draw.standard_normal((30, 5)))
+        for each in found.estimates:
+            low, high = each.interval
+            held.append(low <= truth[each.name] <= high)
+    shares = np.reshape(held, (-1, 10)).mean(axis=0)
+    assert shares.min() > 0.93
+    assert shares.max() < 0.97
+
+
+def written(path, errors, names=NAMES):
+    """Write strokes whose azimuth is near 180 degrees, so that measured ones pass it."""
+    commanded = np.array([0.1, 0.2, 5.0, 179.95, 2.0])
+    scale = np.array([1.0, 1.0, 1.0, 1.0, 1.0])
+    scale[:2] = 1.0 / SCENE.ball.radius
+    measured = commanded + scale * errors
+    measured[:, 3] = (measured[:, 3] + 180.0) % 360.0 - 180.0
+    columns = [NAMES.index(name) for name in names]
+    lines = [','.join([*names, *(f'measured_{name}' for name in names)])]
+    for row in measured:
+        lines.append(','.join(map(repr, [*commanded[columns].tolist(), *row[columns].tolist()])))
+    path.write_text('\n'.join(lines))
+
+
+def test_the_command_writes_a_scene_that_holds_the_errors(tmp_path, capsys):
+    strokes, scene = tmp_path / 'strokes.csv', tmp_path / 'mine.yaml'
+    errors = BIAS + SIGMA * np.random.default_rng(2).standard_normal((40, 5))
+    errors[:, 4] += 0.5 * errors[:, 2]  # faster if steeper
+    written(strokes, errors)
+    assert main(['calibrate', 'errors', str(strokes), '-o', str(scene)]) == DONE
+    noise = Scene.load(scene).noise
+    found = [[getattr(each, name) for name in NAMES] for each in (noise.bias, noise)]
+    np.testing.assert_allclose(found, [errors.mean(axis=0), errors.std(axis=0, ddof=1)])
+    said = 'elevation_deg and speed are correlated'
+    assert said in capsys.readouterr().out
+    assert said in scene.read_text()
+
+
+def test_errors_that_were_not_measured_stay(tmp_path):
+    strokes = tmp_path / 'strokes.csv'
+    written(strokes, BIAS + SIGMA * np.random.default_rng(3).standard_normal((10, 5)), ['speed'])
+    found = errors_of(SCENE, read_errors(strokes, SCENE.ball.radius))
+    assert found.scene.noise.azimuth_deg == SCENE.noise.azimuth_deg
+    assert [each.name for each in found.estimates if each.interval] == [
+        'noise.bias.speed',
+        'noise.speed',
+    ]
+
+
+@pytest.mark.parametrize(
+    ('text', 'said'),
+    [
+        ('speed\n1\n', 'line 1: speed needs the column measured_speed'),
+        ('speed,measured_speed,force\n', 'line 1: force is unknown'),
+        ('stroke\n1\n', 'a header must have columns such as speed,measured_speed'),
+        (
+            'speed,measured_speed\n1\n',
+            'line 2: a line must be 2 fields, as in the header, got',
+        ),
+        ('speed,measured_speed\n1,x\n', 'line 2: measured_speed must be a number from 0 to 50'),
+        ('a,measured_a\n0,3\n', 'line 2: measured_a must be a number from -1 to 1, got'),
+        ('speed,measured_speed\n1,1\n', 'strokes must be at least 5, got 1'),
+    ],
+)
+def test_files_that_make_no_sense_are_refused(text, said, tmp_path, capsys):
+    path = tmp_path / 'strokes.csv'
+    path.write_text(text)
+    assert main(['calibrate', 'errors', str(path)]) == WRONG_INPUT
+    assert said in capsys.readouterr().err
+
+
+def test_a_player_with_a_bias_plays_the_planned_stroke_if_it_is_corrected():
+    noise = Noise(bias=Bias(*BIAS.tolist()))
+    planned = Stroke.from_offsets(0.1, 0.2, 0.1, 3.0, 2.0)
+    commanded = noise.commanded(planned)
+    away = np.array(planned.offsets) - commanded.offsets
+    np.testing.assert_allclose(away[:2] * SCENE.ball.radius, BIAS[:2])
+    np.testing.assert_allclose(np.degrees(away[2:4]), BIAS[2:4])
+    assert away[4] == pytest.approx(BIAS[4])
+    assert noise.times(2.0).bias == noise.bias
+    assert Noise().commanded(planned) is planned
+
+
+def test_no_correction_asks_for_a_stroke_that_cannot_be_played():
+    noise = Noise(bias=Bias(elevation_deg=1.0, speed=1.0))
+    commanded = noise.commanded(Stroke.from_offsets(speed=0.5))
+    assert commanded.offsets[2] == 0.0
+    assert commanded.speed == pytest.approx(1e-3)

@@ -1,0 +1,120 @@
+"""Shots of simulators, whose strokes are commanded: what they tell of the table and of the cue."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from billiard_shot import predict, Scene, Stroke
+from billiard_shot.calibration.calibrate import calibrate
+from billiard_shot.calibration.launch import PLACES, prior_of, states_of
+from billiard_shot.calibration.recording import Frame
+from billiard_shot.calibration.simulator import FASTEST, recording_of, SLOWEST
+from billiard_shot.calibration.watched import watch
+from billiard_shot.scene import Bias, Noise
+
+EXACT = Noise(0.0, 0.0, 0.0, 0.0, 0.0)
+BIAS = Bias(a=1e-3, azimuth_deg=0.5)
+CAROM = replace(Scene.load('carom'), noise=Noise(a=1e-4, b=1e-4, speed=0.03))
+NUMBERS = {
+    'cloth.sliding_friction': 0.23,
+    'table.cushion.friction': 0.2,
+    'contacts.cue_ball.restitution': 0.82,
+}
+PERIOD = 0.05  # s
+
+
+def simulator(scene, stroke, errors):
+    """Play on a table and with a cue whose numbers the player does not know."""
+    theirs = scene.with_parameters(list(NUMBERS), list(NUMBERS.values()))
+    run = predict(theirs, theirs.noise.perturb(stroke, errors, theirs.ball.radius)).run
+    times = np.arange(0.0, run.duration + PERIOD, PERIOD)
+    return {
+        name: np.column_stack([times, state.position[:, :2]])
+        for name, state in run.at(times).items()
+    }
+
+
+@pytest.fixture(scope='module')
+def recording():
+    return recording_of(simulator, CAROM, shots=10)
+
+
+def test_shots_of_a_simulator_tell_numbers_of_table_and_cue(recording):
+    found = calibrate(recording, CAROM, names=list(NUMBERS), horizon=2.0, held_out=0.2)
+    assert found.converged
+    for each in found.estimates[: len(NUMBERS)]:
+        low, high = each.interval
+        assert low < NUMBERS[each.name] < high
+        assert not low < each.before < high
+    after, before = ([each.rmse() for each in by] for by in (found.checks, found.checks_before))
+    assert np.median(after) < 0.2 * np.median(before)
+
+
+def test_strokes_are_slow_and_fast_and_hit_balls(recording):
+    speeds = [shot.stroke.speed for shot in recording.shots]
+    assert min(speeds) == pytest.approx(SLOWEST)
+    assert max(speeds) == pytest.approx(FASTEST)
+    moves = [np.ptp(shot.tracks['1'].place, axis=0).max() > 0.0 for shot in recording.shots]
+    assert 3 <= sum(moves) <= 8
+    again = recording_of(simulator, CAROM, shots=10)
+    assert [shot.stroke for shot in again.shots] == [shot.stroke for shot in recording.shots]
+
+
+@pytest.mark.parametrize('axis', [False, True])
+def test_the_launch_of_a_command_is_that_of_the_stroke_with_its_errors(axis):
+    """In a frame that is turned and larger, and with a rounded tip."""
+    scene = CAROM.with_parameters(['cue.tip_curvature_radius'], [0.01])
+    frame = Frame(0.1, 0.0, 0.4, 1.2)
+    stroke = Stroke.from_offsets(0.2, 0.1, 0.1, 0.3, 2.0, axis=axis)
+    shot = recording_of(simulator, CAROM, shots=1).shots[0]
+    seen = watch(replace(shot, stroke=stroke, noise=replace(CAROM.noise, bias=BIAS)))
+    launches = np.repeat(prior_of(seen)[0][np.newaxis], 6, axis=0)
+    launches[range(1, 6), range(5)] += 1.0
+    states = states_of(scene, frame, seen, launches)
+    sigmas = CAROM.noise.sigmas(CAROM.ball.radius)
+    biased = np.add(stroke.offsets, [1e-3 / CAROM.ball.radius, 0.0, 0.0, np.radians(0.5), 0.0])
+    for row, error in enumerate(np.concatenate([np.zeros((1, 5)), np.diag(sigmas)])):
+        offsets = (biased + error).tolist()
+        shot = predict(scene, Stroke.from_offsets(*offsets, axis=axis))
+        assert states.velocity[row, 0] == pytest.approx(shot.velocity, abs=1e-6)
+        assert states.spin[row, 0] == pytest.approx(shot.spin, abs=1e-4)
+
+
+def test_the_errors_of_an_exact_command_do_not_count(recording):
+    seen = watch(replace(recording.shots[0], noise=EXACT))
+    launches = np.zeros((2, PLACES + 4))
+    launches[1, :PLACES] = 3.0
+    states = states_of(CAROM, Frame(), seen, launches)
+    assert (states.velocity[1] == states.velocity[0]).all()
+    assert seen.command.noise == EXACT
+    assert watch(replace(recording.shots[0], noise=None)).command is None
+
+
+@pytest.mark.parametrize(
+    ('returned', 'said'),
+    [
+        ({'cue': [(0.1, 0, 0)]}, r"simulator must return all balls, got \['cue'\] without 1"),
+        (
+            {'cue': [(0.1, 0)], '1': []},
+            r"'cue' must be \(n, 3\) finite times, x and y, got \(1, 2",
+        ),
+        ({'cue': [(0.2, 0, 0), (0.1, 0, 0)]}, "times of ball 'cue' must ascend"),
+    ],
+)
+def test_a_simulator_that_returns_something_else_is_refused(returned, said):
+    with pytest.raises(ValueError, match=said):
+        calibrate(lambda *_: returned, CAROM)
+
+
+@pytest.mark.parametrize(
+    ('change', 'said'),
+    [
+        ({'scene': None}, 'scene must be given for a simulator, got None'),
+        ({'scene': replace(CAROM, table=None, balls={})}, 'scene must have a table'),
+        ({'seed': -1}, 'seed must be a whole number'),
+    ],
+)
+def test_requests_that_make_no_sense_are_refused(change, said):
+    with pytest.raises(ValueError, match=said):
+        calibrate(simulator, **{'scene': CAROM, **change})
