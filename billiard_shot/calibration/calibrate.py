@@ -12,18 +12,21 @@ from billiard_shot.calibration.check import Check, check
 from billiard_shot.calibration.checkpoint import Checkpoint, State
 from billiard_shot.calibration.comparison import FIRST_SCALES
 from billiard_shot.calibration.estimate import Estimate
+from billiard_shot.calibration.forecast import spins_of
 from billiard_shot.calibration.intervals import Interval, intervals_of, undecided
 from billiard_shot.calibration.joint_fit import (
+    deviations_of,
     fit,
     JointFit,
     Mapped,
     Problem,
+    pulls_of,
     scales_after,
     searched,
     Shot,
 )
 from billiard_shot.calibration.launch import launch_of, prior_of
-from billiard_shot.calibration.model import Model, model_of, Sought, sought_in, values_of
+from billiard_shot.calibration.model import Model, model_of, Sought, sought_in, values_of, within
 from billiard_shot.calibration.recording import Floats
 from billiard_shot.calibration.result import Calibration
 from billiard_shot.calibration.simulator import recording_of, Simulator
@@ -39,8 +42,23 @@ from billiard_shot.scene import Scene, SceneLike
 from billiard_shot.scene.errors import refused
 from billiard_shot.scene.values import as_float, positive, whole
 
-FIRST_HORIZON, HORIZON, GROWTH = 1.0, 8.0, 2.0
+FIRST_HORIZON, HORIZON, GROWTH = 0.8, 8.0, 3.0
 """First and last time after the strike that count for common numbers [s], and their ratio."""
+
+FEW_STEPS, STEPS = 4, 10
+"""Most steps of the common numbers at a horizon, and at the last one."""
+
+ROUNDS = 4
+"""How often launches are searched at the last horizon, and common numbers fitted, at most."""
+
+SETTLED = 0.25
+"""
+A fit is done if launches that are searched anew move each common number by less than this part of
+its standard deviation.
+"""
+
+JUMPED = 2.0
+"""A launch is another one if its cost differs by more; 1 is about one standard deviation."""
 
 LEAST_SHOTS = 5
 """Number of shots that a fit needs."""
@@ -133,12 +151,12 @@ def calibrate(
             + '\n  '.join([str(len(used)), *ignored])
         )
     mapped: Mapped = map if executor is None else executor.map
-    work = _Work(mapped, progress, len(horizons) * len(used) + 2 * len(tested))
+    work = _Work(mapped, progress, (len(horizons) + ROUNDS - 1) * len(used) + 2 * len(tested))
     content = [(each.shot.name, len(each.watched.place)) for each in usable]
     saved = Checkpoint(checkpoint, (scene.to_dict(), sought, horizons, share, seed, content))
     model = model_of(scene, read)
     shots = [Shot(each.watched, each.recording, _first_launch(each, model)) for each in used]
-    problem, found = _fitted(model, sought, shots, horizons, seed, work, saved)
+    problem, found, unsettled = _fitted(model, sought, shots, horizons, seed, work, saved)
     problem, found, intervals = _decided(problem, found, work)
     fitted = problem.model_at(found.values)
     checks, checks_before = (_checked(by, tested, seed, work) for by in (fitted, model))
@@ -148,8 +166,10 @@ def calibrate(
         estimates=_estimates(sought, problem, found, intervals),
         frames=fitted.frames,
         recordings=tuple(each.name for each in read),
-        converged=found.converged,
+        converged=unsettled is None and found.close,
+        unsettled=unsettled or (),
         fitted=tuple(each.watched.name for each in found.shots),
+        spins=spins_of(found.shots),
         checks=checks,
         checks_before=checks_before,
         ignored=tuple(ignored),
@@ -164,8 +184,8 @@ def _first_launch(one: Usable, model: Model) -> Floats:
 
 
 def _horizons(last: float) -> list[float]:
-    """Return the horizons of a fit; the last one twice, with scales of what it found [s]."""
-    horizons, horizon = [last, last], last / GROWTH
+    """Return the horizons of a fit [s]."""
+    horizons, horizon = [last], last / GROWTH
     while horizon >= FIRST_HORIZON:
         horizons.insert(0, horizon)
         horizon /= GROWTH
@@ -180,26 +200,55 @@ def _fitted(
     seed: int,
     work: '_Work',
     saved: Checkpoint,
-) -> tuple[Problem, JointFit]:
-    """Fit with all horizons in turn; go on from the state that is saved, if there is one."""
-    state = saved.read(shots) or State(0, values_of(sought), FIRST_SCALES, tuple(shots))
-    for stage in range(state.stages, len(horizons)):
-        work.text = f'first {horizons[stage]:g} s'
-        problem = Problem(model, sought, horizons[stage], work.mapped)
+) -> tuple[Problem, JointFit, tuple[str, ...] | None]:
+    """
+    Fit with all horizons in turn, with the last one until the numbers stay.
+
+    Goes on from the state that is saved, if there is one. Returns also the shots that keep the
+    numbers from staying, None if they stay.
+    """
+    values = within(sought, values_of(sought))
+    state = saved.read(shots) or State(0, values, FIRST_SCALES, tuple(shots))
+    last, stages = len(horizons) - 1, len(horizons) + ROUNDS - 1
+    pulls: dict[str, Floats] = {}
+    for stage in range(state.stages, stages):
+        horizon = horizons[min(stage, last)]
+        work.text = f'first {horizon:g} s'
+        problem = Problem(model, sought, horizon, work.mapped)
         ticking = problem._replace(mapped=work.ticking)
-        launched = searched(ticking, state.values, state.shots, state.scales, seed, stage)
+        begun, again = state.shots, stage > last
+        if not again:
+            begun = tuple(replace(each, until=np.inf) for each in begun)
+        adapts = stage <= last + 1  # after that, the same samples count in the same way
+        launched = searched(
+            ticking, state.values, begun, state.scales, (seed, stage), near=again, cut=adapts
+        )
         if len(launched) < LEAST_SHOTS:
             raise ValueError(
                 f'recordings must have at least {LEAST_SHOTS} shots that the scene can simulate, '
                 f'got {len(launched)} of {len(shots)}: are their places in m, in the frame of the '
                 'table?'
             )
-        scales = scales_after(problem, state.values, launched, state.scales)
-        found = fit(problem, state.values, launched, scales, work.say_error)
+        scales = state.scales
+        if adapts:
+            scales = scales_after(problem, state.values, launched, scales)
+        steps = STEPS if stage >= last else FEW_STEPS
+        found = fit(problem, state.values, launched, scales, steps, work.say_error)
+        moved = np.abs(found.values - state.values) / deviations_of(problem, found)
+        if again and found.close and (moved < SETTLED).all():
+            unsettled = None
+            break
+        before, pulls = pulls, pulls_of(problem, found)
+        unsettled = tuple(
+            name
+            for name in pulls
+            if name in before and (np.abs(pulls[name] - before[name]) > SETTLED).any()
+        )
         state = State(stage + 1, found.values, found.scales, found.shots)
-        if state.stages < len(horizons):
+        if state.stages < stages:
             saved.write(state, shots)
-    return problem, found
+    work.reach(stages * len(shots))
+    return problem, found, unsettled
 
 
 def _decided(
@@ -219,8 +268,8 @@ def _decided(
         rest = tuple(each for k, each in enumerate(problem.sought) if k != least)
         without = problem._replace(sought=rest)
         values = np.delete(found.values, least)
-        tried = fit(without, values, found.shots, found.scales, work.say_error)
-        if tried.cost > (1.0 + WORSE) * found.cost:
+        tried = fit(without, values, found.shots, found.scales, STEPS, work.say_error)
+        if tried.costs.sum() > (1.0 + WORSE) * found.costs.sum():
             needed.add(problem.sought[least].name)
         else:
             problem, found = without, tried
@@ -244,22 +293,22 @@ def _estimates(
     sought: Sequence[Sought], problem: Problem, found: JointFit, intervals: Sequence[Interval]
 ) -> tuple[Estimate, ...]:
     """Return the estimates of all numbers, also of those that the shots do not decide."""
-    known = {
-        each.name: (value, *interval)
-        for each, value, interval in zip(
-            problem.sought, found.values.tolist(), intervals, strict=True
-        )
-    }
-    return tuple(
-        Estimate(
-            each.name,
-            each.unit,
-            each.start,
-            each.published,
-            *known.get(each.name, (each.start, None, ())),
-        )
-        for each in sought
-    )
+    fits = zip(found.values.tolist(), intervals, strict=True)
+    known = dict(zip(problem.sought, fits, strict=True))
+    estimates = []
+    for each in sought:
+        before = each.stated(each.start)
+        estimate = Estimate(each.name, each.unit, before, each.published, before, None, ())
+        if each in known:
+            value, ((low, high), shots) = known[each]
+            estimate = replace(
+                estimate,
+                value=each.stated(value),
+                interval=(each.stated(low), each.stated(high)),
+                shots=shots,
+            )
+        estimates.append(estimate)
+    return tuple(estimates)
 
 
 class _Work:
@@ -281,6 +330,11 @@ class _Work:
     def say_error(self, error: float) -> None:
         """Tell the median error of a fit [m]."""
         self._say(f'{self.text}, median error {1e3 * error:.1f} mm')
+
+    def reach(self, done: int) -> None:
+        """Count also what did not have to be done."""
+        self._done = done
+        self._say(self.text)
 
     def _say(self, text: str) -> None:
         if self._progress is not None:

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from billiard_shot.calibration.csv_file import check_size
 from billiard_shot.calibration.recording import Floats, RecordedShot, Recording, Track, USUAL_SIGMA
 from billiard_shot.scene.errors import reason
 
@@ -33,9 +34,12 @@ def read_carom_json(path: Path) -> Recording:
 
     """
     try:
+        check_size(path)
         listed = json.loads(path.read_text(encoding='utf-8'))
-    except (OSError, ValueError) as error:
+    except OSError as error:
         raise ValueError(f'{path}: {reason(error)}') from None
+    except (UnicodeDecodeError, json.JSONDecodeError, RecursionError) as error:
+        raise ValueError(f'{path}: must be a text in JSON ({error})') from None
     if not isinstance(listed, list):
         raise ValueError(f'{path}: must be a list of shots')
     return Recording(str(path), tuple(_shots(path, listed)))
@@ -56,6 +60,10 @@ def _shots(path: Path, listed: list[Any]) -> Iterator[RecordedShot]:
 def _track(rows: Any) -> Track:
     time, x, y = (np.array(rows[name], float) for name in ('t', 'x', 'y'))
     place = np.stack([x, y], axis=-1)
+    seen = np.isfinite(time) & np.isfinite(place).all(axis=-1)
+    if not seen.any():
+        raise ValueError('a ball without samples')
+    time, place = time[seen], place[seen]
     time, first = np.unique(time, return_index=True)
     time, place = _with_rests(time, place[first])
     return Track(time, place, np.full(len(time), USUAL_SIGMA))

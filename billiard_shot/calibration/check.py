@@ -75,17 +75,16 @@ def check(item: tuple[Model, int, RecordedShot, float, Sequence[int]]) -> Check 
     """
     model, recording, shot, seen, seed = item
     frame = model.frames[recording]
-    found = search_launches(
-        model.scene,
-        frame,
-        watch(shot, frame.rate, FIT_PERIOD),
-        FIRST_SCALES,
-        seen,
-        np.random.default_rng(seed),
-    )
-    if not len(found.costs):
-        return None
-    watched, launch = watch(shot, frame.rate), found.launches[0]
+    watched = watch(shot, frame.rate, FIT_PERIOD)
+    draw = np.random.default_rng(seed)
+    found = search_launches(model.scene, frame, watched, FIRST_SCALES, seen, draw)
+    return checked(model, recording, shot, found.launches[0]) if len(found.costs) else None
+
+
+def checked(model: Model, recording: int, shot: RecordedShot, launch: Floats) -> Check:
+    """Compare a recorded shot with the path of a launch (numbers,)."""
+    frame = model.frames[recording]
+    watched = watch(shot, frame.rate)
     places = ways_of(model.scene, frame, watched, launch[np.newaxis])[0]
     contacts = contacts_of(model.scene, frame, watched, launch)
     return Check(watched, recording, launch, places, contacts)

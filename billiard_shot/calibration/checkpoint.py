@@ -52,7 +52,7 @@ class Checkpoint:
             return None
         try:
             data = json.loads(self._path.read_text(encoding='utf-8'))
-            key, stages, values, scales, launches = (data[name] for name in FIELDS)
+            key, stages, values, scales, launches, until = (data[name] for name in FIELDS)
         except (ValueError, KeyError, TypeError):
             key = None
         if key != self._key:
@@ -61,7 +61,7 @@ class Checkpoint:
                 'anew'
             )
         found = tuple(
-            replace(shot, launch=np.array(launches[number]))
+            replace(shot, launch=np.array(launches[number]), until=np.array(until[number]))
             for number, shot in enumerate(shots)
             if launches[number] is not None
         )
@@ -71,13 +71,15 @@ class Checkpoint:
         """Write a state; `shots` are all shots, of which it may have left out some."""
         if self._path is None:
             return
-        launches = {id(shot.watched): shot.launch.tolist() for shot in state.shots}
+        found = {id(shot.watched): shot for shot in state.shots}
+        kept = [found.get(id(shot.watched)) for shot in shots]
         content = (
             self._key,
             state.stages,
             state.values.tolist(),
             state.scales.tolist(),
-            [launches.get(id(shot.watched)) for shot in shots],
+            [shot and shot.launch.tolist() for shot in kept],
+            [shot and np.asarray(shot.until).tolist() for shot in kept],
         )
         written = self._path.with_suffix(self._path.suffix + '.new')
         written.write_text(json.dumps(dict(zip(FIELDS, content, strict=True))), encoding='utf-8')
@@ -89,4 +91,4 @@ class Checkpoint:
             self._path.unlink(missing_ok=True)
 
 
-FIELDS = 'calibration', 'stages', 'values', 'scales', 'launches'
+FIELDS = 'calibration', 'stages', 'values', 'scales', 'launches', 'until'

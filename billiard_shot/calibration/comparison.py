@@ -20,7 +20,7 @@ SAMPLE_TIME = 0.1
 KNOTS = np.array([0.0, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0])
 """Times between which scales are interpolated [s]."""
 
-FIRST_SCALES = np.array([3e-3, 4e-3, 6e-3, 15e-3, 20e-3, 25e-3, 30e-3])
+FIRST_SCALES = np.array([1e-3, 1.5e-3, 3e-3, 7e-3, 18e-3, 40e-3, 80e-3])
 """Scales at these times before anything is known [m]: those of a table that is not known well."""
 
 LEAST_SCALE = 1e-3
@@ -35,8 +35,8 @@ class Comparison:
     Attributes
     ----------
     watched : Watched
-    mean, precision : (numbers,) and (numbers, numbers) float array
-        Likely numbers of the launch, and the inverse of their covariance.
+    mean, precision : (numbers,) or (n, numbers), and (numbers, numbers) float array
+        Likely numbers of the launch, or of each one, and the inverse of their covariance.
     square : (samples,) float array
         Squares of the scales [m^2].
     share : (samples,) float array
@@ -53,10 +53,15 @@ class Comparison:
     def costs(self, launches: Floats, places: Floats) -> Floats:
         """Return the costs (n,) of launches, after which samples lie at places (n, samples, 2)."""
         away = launches - self.mean
+        costs: Floats = self.sums(places) + np.einsum('ni,ij,nj->n', away, self.precision, away)
+        return costs
+
+    def sums(self, places: Floats) -> Floats:
+        """Return the sums (n,) over samples at places (n, samples, 2)."""
         with np.errstate(invalid='ignore', over='ignore'):
             errors = np.log1p(((places - self.watched.place) ** 2).sum(axis=-1) / self.square)
-        costs: Floats = errors @ self.share + np.einsum('ni,ij,nj->n', away, self.precision, away)
-        return costs
+        sums: Floats = errors @ self.share
+        return sums
 
     def weights(self, errors: Floats) -> Floats:
         """
@@ -78,20 +83,26 @@ class Comparison:
         return np.repeat(self.share * self.square / both**2, 2, axis=-1)
 
 
-def compare(watched: Watched, scales: Floats, horizon: float = np.inf) -> Comparison:
-    """Compare with the samples of a shot until a horizon [s], with scales (knots,) [m]."""
+def compare(watched: Watched, scales: Floats, horizon: float | Floats = np.inf) -> Comparison:
+    """Compare with a shot's samples until a horizon, see `Watched.until`; scales (knots,) [m]."""
     seen = watched.until(horizon)
     scale = np.interp(seen.times[seen.at], KNOTS, scales)
     return Comparison(seen, *prior_of(watched), scale**2 + seen.sigma**2, seen.share / SAMPLE_TIME)
 
 
 def scales_of(times: Floats, errors: Floats) -> Floats:
-    """Return the scales (knots,) [m] of errors (n,) [m] of samples at times (n,) [s]."""
+    """
+    Return the scales (knots,) [m] of errors (n,) [m] of samples at times (n,) [s].
+
+    After the last sample, the first scales stand.
+    """
     scales, last = np.zeros(len(KNOTS)), LEAST_SCALE
     edges = np.concatenate([[0.0], 0.5 * (KNOTS[1:] + KNOTS[:-1]), [np.inf]])
     for k in range(len(KNOTS)):
         inside = (times >= edges[k]) & (times < edges[k + 1])
         if inside.any():
             last = max(float(np.median(errors[inside])), last)
+        elif not (times > edges[k]).any():
+            last = max(FIRST_SCALES[k], last)
         scales[k] = last
     return scales

@@ -56,16 +56,21 @@ def read_csv(path: Path, sigma: float = USUAL_SIGMA) -> Recording:
 
     """
     try:
-        if (size := path.stat().st_size) > MOST_BYTES:
-            raise ValueError(
-                f'{path}: must have at most {MOST_BYTES} bytes, got {size}; divide it by shots'
-            )
+        check_size(path)
         with path.open(encoding='utf-8-sig', newline='') as file:
             return _read(path, file, sigma)
     except OSError as error:
         raise ValueError(f'{path}: {reason(error)}') from None
     except (UnicodeDecodeError, csv.Error) as error:
         raise ValueError(f'{path}: must be a text in CSV ({error})') from None
+
+
+def check_size(path: Path) -> None:
+    """Raise a ValueError if a file is too large to be read at once."""
+    if (size := path.stat().st_size) > MOST_BYTES:
+        raise ValueError(
+            f'{path}: must have at most {MOST_BYTES} bytes, got {size}; divide it by shots'
+        )
 
 
 def write_csv(recording: Recording, path: Path) -> None:
@@ -137,7 +142,7 @@ def _note(sights: Sights, row: dict[str, str], sigma: float) -> bool:
         if number is None and name in LOST:
             numbers[name] = math.nan
         elif number is None or not low <= number <= high:
-            hint = _in_thousandths(number, unit, high)
+            hint = _other_unit(number, unit, high)
             allowed = f'a number from {low:g} to {high:g}'
             mistakes.append(Mistake((name,), must_be(allowed, row[name], unit) + hint))
         else:
@@ -163,11 +168,11 @@ def _number(text: str) -> float | None:
     return None if math.isnan(number) else number
 
 
-def _in_thousandths(number: float | None, unit: str, high: float) -> str:
-    """Ask whether a place is in millimetres."""
+def _other_unit(number: float | None, unit: str, high: float) -> str:
+    """Ask whether a place is in another unit."""
     if number is None or unit != 'm' or not high < abs(number) <= 1e3 * high:
         return ''
-    return f'; is it in mm? {number:g} mm are {1e-3 * number:g} m'
+    return f'; is it in mm, cm or inches? {number:g} mm are {1e-3 * number:g} m'
 
 
 def _shots(path: Path, sights: Sights, ignored: list[str]) -> Iterator[RecordedShot]:

@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from billiard_shot.calibration.comparison import compare, scales_of
-from billiard_shot.calibration.launch import ways_of
+from billiard_shot.calibration.comparison import compare, Comparison, scales_of
+from billiard_shot.calibration.launch import PLACES, steps_of, ways_of
 from billiard_shot.calibration.launch_search import search_launches
 from billiard_shot.calibration.model import Model, Sought, STEP, values_of, widths_of, within
 from billiard_shot.calibration.recording import Floats
@@ -24,8 +24,12 @@ from billiard_shot.calibration.watched import Watched
 LAUNCH_STEPS = 8
 """Most steps of least squares by which launches follow the common numbers."""
 
-MOST_STEPS = 15
-"""Largest number of steps of the common numbers at a horizon."""
+PROBES, MOST_BENT = 5.0, 1e-3
+"""
+A path counts until it bends by more [m] over so many steps for differences of the launch, forward
+and back, or over one of a common number. Nearby, balls meet other balls then, or in another order:
+the path follows chance, and its derivatives say nothing.
+"""
 
 FIRST_DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-3, 1e-6, 1e3
 """Damping relative to the diagonal, and its bounds."""
@@ -33,17 +37,11 @@ FIRST_DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-3, 1e-6, 1e3
 RAISED, LOWERED = 10.0, 0.2
 """Factors of the damping after a worse and a better step."""
 
-CLOSE, FLAT = 0.1, 0.02
+CLOSE, FLAT = 0.1, 0.05
 """
-A fit ends if the next step is shorter than the first part of each standard deviation, or if it
-would lower the cost by less than the second number. A cost that is higher by 1 is about one
-standard deviation away; differences below a hundredth are errors of the launches.
-"""
-
-NEAR = 0.5
-"""
-A fit has also converged if no step is better, and the next one is shorter than this part of each
-standard deviation: where launches jump to other paths, the cost does not fall evenly.
+A fit is close if the next step is shorter than the first part of each standard deviation (Bates
+and Watts, Technometrics 23 (1981): what remains to be gained is small beside the errors), or if it
+would lower the cost by less than the second number: 1 is a standard deviation of an exact model.
 """
 
 TINY = 1e-15
@@ -58,11 +56,29 @@ Mapped = Callable[[Callable[[Any], Any], Iterable[Any]], Iterator[Any]]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Shot:
-    """A shot of a calibration: its samples, the number of its recording, its best launch."""
+    """
+    A shot of a calibration.
+
+    Attributes
+    ----------
+    watched : Watched
+    recording : int
+        Number of its recording.
+    launch : (numbers,) float array
+        The best one.
+    until : float or (balls,) float array
+        Times from the strike on until which the path of each ball can be predicted [s].
+
+    """
 
     watched: Watched
     recording: int
     launch: Floats
+    until: float | Floats = np.inf
+
+    def compared(self, scales: Floats, horizon: float) -> Comparison:
+        """Compare with the samples until a horizon [s], and while the path can be predicted."""
+        return compare(self.watched, scales, np.minimum(horizon, self.until))
 
 
 class Reduced(NamedTuple):
@@ -108,8 +124,9 @@ class JointFit:
         Of errors, see `compare` [m].
     curvatures, gradients : (shots, common, common) and (shots, common) float array
         Of the costs of the shots, but for a factor of 2.
-    converged : bool
-    cost : float
+    costs : (shots,) float array
+    close : bool
+        Whether the next step would be short, see `CLOSE`.
 
     """
 
@@ -118,13 +135,19 @@ class JointFit:
     scales: Floats
     curvatures: Floats
     gradients: Floats
-    converged: bool
-    cost: float
+    costs: Floats
+    close: bool = False
 
 
-def search(item: tuple[Model, Shot, Floats, float, Sequence[int]]) -> Shot | None:
-    """Search the launch of a shot until a horizon, from a seed; None if there is none."""
-    model, shot, scales, horizon, seed = item
+def search(
+    item: tuple[Model, Sequence[Model], Shot, Floats, float, bool, Sequence[int]],
+) -> Shot | None:
+    """
+    Search the launch of a shot until a horizon, from a seed; None if there is none.
+
+    Without stepped models, the path counts as long as before, see `even_until`.
+    """
+    model, stepped, shot, scales, horizon, near, seed = item
     found = search_launches(
         model.scene,
         model.frames[shot.recording],
@@ -133,14 +156,43 @@ def search(item: tuple[Model, Shot, Floats, float, Sequence[int]]) -> Shot | Non
         horizon,
         np.random.default_rng(seed),
         shot.launch[np.newaxis],
+        near,
     )
-    return replace(shot, launch=found.launches[0]) if len(found.costs) else None
+    if not len(found.costs):
+        return None
+    shot = replace(shot, launch=found.launches[0])
+    if not stepped:
+        return shot
+    return replace(shot, until=np.minimum(shot.until, even_until(model, stepped, shot)))
+
+
+def even_until(model: Model, stepped: Sequence[Model], shot: Shot) -> Floats:
+    """Return until when each path (balls,) can be predicted [s]; models are stepped in pairs."""
+
+    def ways(by: Model, launches: Floats) -> Floats:
+        return ways_of(by.scene, by.frames[shot.recording], shot.watched, launches)
+
+    launch, steps = shot.launch[np.newaxis], steps_of(shot.watched)
+    steps[0 if shot.watched.command is None else PLACES :] *= PROBES  # errors have long steps
+    probes = np.diag(steps)
+    here = ways(model, launch)
+    pairs = [(ways(model, launch + probes), ways(model, launch - probes))]
+    pairs += [
+        (ways(one, launch), ways(other, launch))
+        for one, other in zip(stepped[::2], stepped[1::2], strict=True)
+    ]
+    bent = np.concatenate([one + other - 2.0 * here for one, other in pairs])
+    uneven = ~(np.linalg.norm(bent, axis=-1).max(axis=0) < MOST_BENT)
+    until = np.full(len(shot.watched.balls), np.inf)
+    times = shot.watched.times[shot.watched.at[uneven]]
+    np.minimum.at(until, shot.watched.ball[uneven], np.nextafter(times, 0.0))
+    return until
 
 
 def follow(item: tuple[Model, Shot, Floats, float]) -> Followed:
     """Improve the launch of a shot for other common numbers."""
     model, shot, scales, horizon = item
-    compared = compare(shot.watched, scales, horizon)
+    compared = shot.compared(scales, horizon)
     frame = model.frames[shot.recording]
     launch = shot.launch[np.newaxis]
     best = refined(model.scene, frame, compared, launch, LAUNCH_STEPS, EXACT)
@@ -154,7 +206,7 @@ def reduce_equations(
 ) -> Reduced:
     """Eliminate the launch of a shot from its normal equations, by models with one step each."""
     model, stepped, steps, shot, scales, horizon = item
-    compared = compare(shot.watched, scales, horizon)
+    compared = shot.compared(scales, horizon)
     frame, launch = model.frames[shot.recording], shot.launch[np.newaxis]
     here = evaluated(model.scene, frame, compared, launch)
     errors, slopes = derivatives_of(model.scene, frame, compared, here)
@@ -209,12 +261,24 @@ class Problem(NamedTuple):
 
 
 def searched(
-    problem: Problem, values: Floats, shots: Sequence[Shot], scales: Floats, *seed: int
+    problem: Problem,
+    values: Floats,
+    shots: Sequence[Shot],
+    scales: Floats,
+    seed: Sequence[int],
+    near: bool = False,
+    cut: bool = True,
 ) -> tuple[Shot, ...]:
-    """Search the launches of all shots; leave out shots that have none."""
+    """
+    Search the launches of all shots; leave out shots that have none.
+
+    If `near`, they are searched near those known. If `cut`, paths count until they bend.
+    """
     model = problem.model_at(values)
+    steps = 0.5 * STEP * np.diag(widths_of(problem.sought)) if cut else ()  # within the bounds
+    stepped = [problem.model_at(values + by) for step in steps for by in (step, -step)]
     items = [
-        (model, shot, scales, problem.horizon, (*seed, number))
+        (model, stepped, shot, scales, problem.horizon, near, (*seed, number))
         for number, shot in enumerate(shots)
     ]
     return tuple(shot for shot in problem.mapped(search, items) if shot is not None)
@@ -233,6 +297,7 @@ def fit(
     values: Floats,
     shots: Sequence[Shot],
     scales: Floats,
+    steps: int,
     report: Callable[[float], object],
 ) -> JointFit:
     """
@@ -247,21 +312,32 @@ def fit(
         With launches for these values.
     scales : (knots,) float array
         Of errors, see `compare` [m].
+    steps : int
+        Largest number of steps.
     report : callable
         Called after each step with the median error of all samples [m].
 
     """
     found, cost = _followed(problem, values, shots, scales)
     damping = FIRST_DAMPING
-    for step in range(MOST_STEPS + 1):
+    for step in range(steps + 1):
         shots = [
             replace(shot, launch=each.launch) for shot, each in zip(shots, found, strict=True)
         ]
         report(float(np.median(_errors(found)[1])))
         reduced = _reduced(problem, values, shots, scales)
+        reached = JointFit(
+            values,
+            tuple(shots),
+            scales,
+            np.stack([each.curvature for each in reduced]),
+            np.stack([each.gradient for each in reduced]),
+            np.array([each.cost for each in found]),
+        )
         move = _move(problem, values, reduced, LEAST_DAMPING)
-        parts = np.abs(move) / np.maximum(_deviations(problem, reduced), TINY)
-        if step == MOST_STEPS or (parts < CLOSE).all() or _gain(problem, reduced, move) < FLAT:
+        close = bool((np.abs(move) < CLOSE * deviations_of(problem, reached)).all())
+        close |= _gain(problem, reduced, move) < FLAT
+        if step == steps or close:
             break
         lower = np.inf
         while not lower < cost and damping < MOST_DAMPING:
@@ -276,10 +352,7 @@ def fit(
             break
         values, found, cost = values + tried_move, tried, lower
         damping = max(damping, LEAST_DAMPING)
-    converged = bool((parts < NEAR).all()) or _gain(problem, reduced, move) < FLAT
-    curvatures = np.stack([each.curvature for each in reduced])
-    gradients = np.stack([each.gradient for each in reduced])
-    return JointFit(values, tuple(shots), scales, curvatures, gradients, converged, cost)
+    return replace(reached, close=close)
 
 
 def _followed(
@@ -332,15 +405,19 @@ def _gain(problem: Problem, reduced: Sequence[Reduced], move: Floats) -> float:
     return float(move @ matrix @ move)
 
 
-def _deviations(problem: Problem, reduced: Sequence[Reduced]) -> Floats:
+def deviations_of(problem: Problem, fit: JointFit) -> Floats:
     """
     Return the standard deviations of the common numbers, from how the shots differ.
 
     This is the sandwich of Huber (Proc. 5th Berkeley Symp. (1967), vol. 1): the errors of the
     samples of a shot are those of its model, and far from independent.
     """
-    inverse = np.linalg.inv(sum((each.curvature for each in reduced), start=problem.precision))
-    gradients = np.stack([each.gradient for each in reduced])
-    covariance = inverse @ gradients.T @ gradients @ inverse
-    deviations: Floats = np.sqrt(np.diag(covariance))
-    return deviations
+    moves = np.linalg.solve(fit.curvatures.sum(axis=0) + problem.precision, fit.gradients.T)
+    return np.maximum(np.linalg.norm(moves, axis=-1), TINY)
+
+
+def pulls_of(problem: Problem, fit: JointFit) -> dict[str, Floats]:
+    """Return by how many standard deviations each shot, by name, moves the common numbers."""
+    moves = np.linalg.solve(fit.curvatures.sum(axis=0) + problem.precision, fit.gradients.T)
+    names = [each.watched.name for each in fit.shots]
+    return dict(zip(names, moves.T / deviations_of(problem, fit), strict=True))

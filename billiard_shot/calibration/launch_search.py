@@ -62,6 +62,7 @@ def search_launches(
     horizon: float,
     draw: np.random.Generator,
     known: Floats | None = None,
+    near: bool = False,
 ) -> Fitted:
     """
     Search the launches of a shot.
@@ -78,6 +79,8 @@ def search_launches(
     draw : numpy.random.Generator
     known : (n, numbers) float array, optional
         Launches that may be near the best one.
+    near : bool
+        Whether only launches around these are searched.
 
     Returns
     -------
@@ -85,8 +88,9 @@ def search_launches(
         The best launches first, all different; none if none can be simulated.
 
     """
-    launches = _starts(compare(watched, scales), draw)
-    for until in horizons(min(horizon, watched.duration)):
+    last = min(horizon, watched.duration)
+    launches = _starts(compare(watched, scales), draw)[: 0 if near else CANDIDATES]
+    for until in [last] if near else horizons(last):
         compared = compare(watched, scales, until)
         if known is not None:
             launches = np.concatenate([known, launches])

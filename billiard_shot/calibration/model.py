@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+import math
 
 import numpy as np
 
@@ -37,11 +38,14 @@ WIDTHS = {
     'contacts.ball_ball.friction_fast': 0.06,
     'contacts.ball_ball.friction_slow': 0.1,
     'table.cushion.early_fading': 0.1,
-    'table.cushion.fading': 0.2,
+    'table.cushion.fading': 0.04,
     'table.length': 0.03,
     'table.width': 0.03,
 }
 """Widths of ranges that are not relative to the number: it may be 0, or it is measured."""
+
+SQUARED = ('table.cushion.fading',)
+"""Numbers that act by their squares: a fit of these moves away from 0 too. So are their widths."""
 
 LEAST_END_MASS = 5e-4
 """Lighter ends of cues meet the ball again and again, and deflect it no less [kg]."""
@@ -71,6 +75,8 @@ class Sought:
         Range of published values.
     recording : int
         Number of the recording whose frame has it; -1: it is one of the scene.
+    squared : bool
+        Whether a fit seeks its square: then start, bounds and width are those of the square.
 
     """
 
@@ -82,6 +88,11 @@ class Sought:
     width: float
     published: tuple[float, float] | None = None
     recording: int = -1
+    squared: bool = False
+
+    def stated(self, value: float) -> float:
+        """Return the number that a value of the fit stands for."""
+        return math.sqrt(value) if self.squared else value
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +105,9 @@ class Model:
     def with_values(self, sought: Sequence[Sought], values: Floats) -> 'Model':
         """Return the model with other numbers."""
         own = [k for k, each in enumerate(sought) if each.recording < 0]
-        scene = self.scene.with_parameters([sought[k].name for k in own], values[own])
+        scene = self.scene.with_parameters(
+            [sought[k].name for k in own], [sought[k].stated(float(values[k])) for k in own]
+        )
         frames = list(self.frames)
         for each, value in zip(sought, values.tolist(), strict=True):
             if each.recording >= 0:
@@ -140,14 +153,16 @@ def _of_scene(parameter: Parameter) -> Sought:
     width = WIDTHS.get(parameter.name, UNPUBLISHED * abs(parameter.value))
     if parameter.published is not None and parameter.name not in WIDTHS:
         width = parameter.published[1] - parameter.published[0]
+    power = 2.0 if parameter.name in SQUARED else 1.0
     return Sought(
         parameter.name,
         parameter.unit,
-        parameter.value,
-        LEAST_END_MASS if parameter.name == 'cue.end_mass' else parameter.low,
-        parameter.high,
+        parameter.value**power,
+        LEAST_END_MASS if parameter.name == 'cue.end_mass' else parameter.low**power,
+        parameter.high**power,
         width,
         parameter.published,
+        squared=power == 2.0,
     )
 
 

@@ -6,6 +6,7 @@ Optimization, 2nd ed., section 10.3), weighted again in each step (Holland and W
 Stat. A 6 (1977)). All launches and all steps of differences are simulated in one batch.
 """
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -93,21 +94,28 @@ def refined(
     steps: int,
     enough: float = ENOUGH,
 ) -> Fitted:
-    """Improve launches (n, numbers) by a number of steps; those that are impossible stay."""
+    """
+    Improve launches (n, numbers) by a number of steps; those that are impossible stay.
+
+    The mean of what they are compared with may be one for all, or one for each (n, numbers).
+    """
     fitted = evaluated(scene, frame, compared, np.array(launches))
     n, numbers = fitted.launches.shape
+    means = np.broadcast_to(compared.mean, (n, numbers))
     damping = np.full(n, FIRST_DAMPING)
     left = np.flatnonzero(np.isfinite(fitted.costs))
     for _ in range(steps):
         if not len(left):
             break
-        matrix, gradient = normal_equations(scene, frame, compared, fitted.take(left))
+        here = replace(compared, mean=means[left])
+        matrix, gradient = normal_equations(scene, frame, here, fitted.take(left))
         factors = damping[left, np.newaxis] * DAMPINGS  # (left, tries)
         diagonal = np.einsum('nkk->nk', matrix)[:, np.newaxis, :, np.newaxis] * np.eye(numbers)
         damped = matrix[:, np.newaxis] + factors[..., np.newaxis, np.newaxis] * diagonal
         moves = np.linalg.solve(damped, gradient[:, np.newaxis, :, np.newaxis])[..., 0]
         tried = (fitted.launches[left, np.newaxis] - moves).reshape(-1, numbers)
-        found = evaluated(scene, frame, compared, tried)
+        here = replace(compared, mean=np.repeat(means[left], len(DAMPINGS), axis=0))
+        found = evaluated(scene, frame, here, tried)
         best = found.costs.reshape(len(left), -1).argmin(axis=-1)
         rows = np.arange(len(left)) * len(DAMPINGS) + best
         gain = fitted.costs[left] - found.costs[rows]

@@ -5,11 +5,13 @@ from pathlib import Path
 
 import numpy as np
 
-from billiard_shot.calibration.check import Check, check
+from billiard_shot.calibration.check import Check, check, checked
 from billiard_shot.calibration.estimate import Estimate
+from billiard_shot.calibration.forecast import middle_launch, SHORT
 from billiard_shot.calibration.model import Model
-from billiard_shot.calibration.recording import Frame, RecordedShot
+from billiard_shot.calibration.recording import Floats, Frame, RecordedShot
 from billiard_shot.calibration.scene_file import scene_text
+from billiard_shot.calibration.watched import watch
 from billiard_shot.scene import Scene
 
 
@@ -29,8 +31,12 @@ class Calibration:
         Their names.
     converged : bool
         Whether the fit found a minimum; without it, intervals say little.
+    unsettled : tuple of str
+        If it did not converge, the shots whose launches, searched anew, move the numbers.
     fitted : tuple of str
         Names of the shots that were fitted.
+    spins : (shots, 3) float array
+        Follow, side and masse relative to the speed of those whose stroke was not commanded.
     checks, checks_before : tuple of Check
         The shots that were held out: as the scene predicts them, and as the scene did with which
         the calibration began.
@@ -44,7 +50,9 @@ class Calibration:
     frames: tuple[Frame, ...]
     recordings: tuple[str, ...]
     converged: bool
+    unsettled: tuple[str, ...]
     fitted: tuple[str, ...]
+    spins: Floats
     checks: tuple[Check, ...]
     checks_before: tuple[Check, ...]
     ignored: tuple[str, ...]
@@ -58,13 +66,19 @@ class Calibration:
     @property
     def state(self) -> str:
         """Whether the fit converged, in words."""
-        return 'converged' if self.converged else 'NOT converged: do not rely on the intervals'
+        if self.converged:
+            return 'converged'
+        text = 'NOT converged: do not rely on the intervals'
+        return f'{text}; unsettled: shots {", ".join(self.unsettled)}' if self.unsettled else text
 
     def predict(
         self, shot: RecordedShot, seen: float = np.inf, recording: int = 0, seed: int = 1
     ) -> Check:
         """
         Predict a recorded shot after the launch that explains it best.
+
+        If less than half a second was seen, many launches explain it: then one is taken whose
+        path is in the middle of those of the others, see forecast.py.
 
         Parameters
         ----------
@@ -82,7 +96,15 @@ class Calibration:
             If the shot cannot be used, or no launch of it can be simulated.
 
         """
-        found = check((Model(self.scene, self.frames), recording, shot, seen, (seed,)))
+        model = Model(self.scene, self.frames)
+        if seen < SHORT and shot.command is None and len(self.spins):
+            frame = model.frames[recording]
+            draw = np.random.default_rng(seed)
+            watched = watch(shot, frame.rate)
+            launch = middle_launch(model.scene, frame, watched, seen, self.spins, draw)
+            found = None if launch is None else checked(model, recording, shot, launch)
+        else:
+            found = check((model, recording, shot, seen, (seed,)))
         if found is None:
             raise ValueError(f'shot {shot.name!r}: no launch can be simulated')
         return found

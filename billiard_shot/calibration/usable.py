@@ -85,5 +85,6 @@ def usable_shots(recordings: Sequence[Recording]) -> tuple[list[Usable], list[st
             except ValueError as error:
                 ignored.append(f'{recording.name}: {error}')
             else:
+                ignored += [f'{recording.name}: {each}' for each in watched.left_out]
                 found.append(Usable(number, shot, watched))
     return found, ignored

@@ -19,6 +19,9 @@ FIRST_SAMPLES, FIRST_TIME = 4, 0.2
 UNEVEN = 0.25
 """Relative change of velocity between these samples by which the ball has met something."""
 
+START_SIGMA = 8e-3
+"""Standard deviation of the estimated time of a strike [s]."""
+
 LEAST_SAMPLES = 5
 """Number of samples that the struck ball must have after the strike."""
 
@@ -41,6 +44,8 @@ class Watched:
         The struck ball is the first one.
     start : float
         Time of the strike in the recording [s].
+    start_sigma : float
+        Its deviation [s].
     times : (times,) float array
         Ascending [s].
     ball, at : (samples,) int array
@@ -54,6 +59,8 @@ class Watched:
         Their deviations [m].
     velocity : (2,) float array
         Of the struck ball, estimated from its first samples [m/s].
+    left_out : tuple of str
+        Samples that are errors of the tracker.
     command : Command, optional
         What tells the launch.
 
@@ -62,6 +69,7 @@ class Watched:
     name: str
     balls: tuple[str, ...]
     start: float
+    start_sigma: float
     times: Floats
     ball: NDArray[np.int64]
     at: NDArray[np.int64]
@@ -71,6 +79,7 @@ class Watched:
     rest: Floats
     rest_sigma: Floats
     velocity: Floats
+    left_out: tuple[str, ...] = ()
     command: Command | None = None
 
     @property
@@ -78,10 +87,11 @@ class Watched:
         """Time of the last sample [s]."""
         return float(self.times[-1])
 
-    def until(self, horizon: float) -> 'Watched':
-        """Return the shot with the samples up to a time [s]."""
-        times = self.times[self.times <= horizon]
-        kept = self.at < len(times)
+    def until(self, horizon: float | Floats) -> 'Watched':
+        """Return the shot with the samples up to a time, or one for each ball [s]."""
+        last = np.broadcast_to(horizon, len(self.balls))
+        kept = self.times[self.at] <= last[self.ball]
+        times = self.times[self.times <= last.max()]
         columns = {name: getattr(self, name)[kept] for name in SAMPLE_COLUMNS}
         return replace(self, times=times, **columns)
 
@@ -107,7 +117,14 @@ def watch(shot: RecordedShot, rate: float = 1.0, period: float = 0.0) -> Watched
         Saying why the shot cannot be used.
 
     """
-    tracks = {name: _without_jumps(track, rate) for name, track in shot.tracks.items()}
+    tracks, left_out = {}, []
+    for name, track in shot.tracks.items():
+        tracks[name], jump = _before_jump(_without_outliers(track, rate))
+        if jump is not None:
+            left_out.append(
+                f'shot {shot.name!r}: ball {name!r} jumps at {jump * rate:g} s; what follows is '
+                'left out'
+            )
     moves = {name: first for name, track in tracks.items() if (first := _first_move(track))}
     if not moves:
         raise ValueError(f'shot {shot.name!r}: no ball moves')
@@ -115,6 +132,8 @@ def watch(shot: RecordedShot, rate: float = 1.0, period: float = 0.0) -> Watched
     if struck not in moves:
         raise ValueError(f'shot {shot.name!r}: ball {struck!r} does not move')
     start, velocity = _onset(tracks[struck], moves[struck])
+    if shot.start is not None:
+        start = shot.start / rate
     balls = (struck, *(name for name in tracks if name != struck))
     samples = [_after(tracks[name], start, period) for name in balls]
     if len(samples[0].time) < LEAST_SAMPLES:
@@ -128,6 +147,7 @@ def watch(shot: RecordedShot, rate: float = 1.0, period: float = 0.0) -> Watched
         shot.name,
         balls,
         start,
+        START_SIGMA if shot.start is None else 0.0,
         times,
         np.repeat(np.arange(len(balls)), [len(each.time) for each in samples]),
         at.ravel(),
@@ -137,18 +157,35 @@ def watch(shot: RecordedShot, rate: float = 1.0, period: float = 0.0) -> Watched
         np.array([place for place, _ in rests]),
         np.array([sigma for _, sigma in rests]),
         velocity,
-        shot.command,
+        left_out=tuple(left_out),
+        command=shot.command,
     )
 
 
-def _without_jumps(track: Track, rate: float) -> Track:
+def _without_outliers(track: Track, rate: float) -> Track:
     """Leave out samples that are too far from both neighbours; times as of a right clock."""
-    time, place = track.time / rate, track.place
-    step = np.linalg.norm(np.diff(place, axis=0), axis=-1)
-    fast = step > FASTEST * np.diff(time) + MOVED_SIGMAS * track.sigma[1:]
-    wrong = np.zeros(len(time), np.bool_)
+    track = replace(track, time=track.time / rate)
+    fast = _too_fast(track)
+    wrong = np.zeros(len(track.time), np.bool_)
     wrong[1:-1] = fast[:-1] & fast[1:]
-    return Track(time[~wrong], place[~wrong], track.sigma[~wrong])
+    return Track(track.time[~wrong], track.place[~wrong], track.sigma[~wrong])
+
+
+def _before_jump(track: Track) -> tuple[Track, float | None]:
+    """Return the samples before a track goes on elsewhere, and when it does [s], if so."""
+    fast = _too_fast(track)
+    if not fast.any():
+        return track, None
+    count = 1 + int(fast.argmax())
+    before = Track(track.time[:count], track.place[:count], track.sigma[:count])
+    return before, float(track.time[count])
+
+
+def _too_fast(track: Track) -> NDArray[np.bool_]:
+    """Tell which steps from sample to sample (samples - 1,) no ball makes."""
+    step = np.linalg.norm(np.diff(track.place, axis=0), axis=-1)
+    fast: NDArray[np.bool_] = step > FASTEST * np.diff(track.time) + MOVED_SIGMAS * track.sigma[1:]
+    return fast
 
 
 def _first_move(track: Track) -> int:

@@ -8,6 +8,8 @@ from simulated import simulated_recording
 
 from billiard_shot import Scene
 from billiard_shot.calibration.comparison import compare, FIRST_SCALES, scales_of
+from billiard_shot.calibration.forecast import middle_launch, spins_of
+from billiard_shot.calibration.joint_fit import even_until, Shot
 from billiard_shot.calibration.launch import (
     DIRECTION,
     FOLLOW,
@@ -19,6 +21,7 @@ from billiard_shot.calibration.launch import (
     ways_of,
 )
 from billiard_shot.calibration.launch_search import horizons, search_launches
+from billiard_shot.calibration.model import Model
 from billiard_shot.calibration.recording import Frame
 from billiard_shot.calibration.watched import watch
 
@@ -76,6 +79,40 @@ def test_the_launch_of_a_simulated_shot_is_found(seed):
     assert np.sqrt((errors**2).mean()) < 2.5e-3  # the noise of both coordinates is 1.4 mm
     again = search_launches(CAROM, TURNED, seen, FIRST_SCALES, 3.0, np.random.default_rng(1))
     assert np.array_equal(found.launches, again.launches)
+
+
+def test_a_path_is_followed_until_it_is_a_matter_of_chance_what_a_ball_meets():
+    seen = watch(shot(1))
+    launch, _ = prior_of(seen)
+    to = seen.rest[1] - seen.rest[0]
+    distance = np.linalg.norm(to)
+    grazing = np.arcsin(2.0 * CAROM.ball.radius / distance)
+    untils = []
+    for off in (0.0, grazing):
+        launch[[SPEED, DIRECTION]] = 1.0, np.arctan2(to[1], to[0]) + off
+        seen = replace(seen, times=np.linspace(0.0, 4.0 * distance, len(seen.times)))
+        untils.append(even_until(Model(CAROM, (Frame(),)), [], Shot(seen, 0, launch)))
+    full, grazed = untils
+    assert (full > 3.0 * distance).all()
+    assert (grazed[:2] > distance).all()  # at 1 m/s
+    assert (grazed[:2] < 3.0 * distance).all()
+    assert np.isinf(grazed[2])
+    kept = seen.until(np.array([0.3, 0.5, np.inf]))
+    assert [
+        kept.times[kept.at[kept.ball == k]].max() <= until for k, until in enumerate((0.3, 0.5))
+    ]
+    assert (kept.ball == 2).sum() == (seen.ball == 2).sum()
+
+
+def test_spin_that_was_not_seen_is_that_of_other_strokes():
+    draw = np.random.default_rng(1)
+    spins = np.array([0.6, 0.3, 0.0]) + draw.normal(0.0, 0.02, (20, 3))
+    seen = watch(shot(1))
+    launch = middle_launch(CAROM, Frame(), seen, 0.06, spins, draw)
+    follow, side, masse = spins_of([Shot(seen, 0, launch)])[0]
+    assert follow == pytest.approx(0.6, abs=0.15)
+    assert abs(side) == pytest.approx(0.3, abs=0.15)  # left or right: nobody knows
+    assert abs(masse) < 0.1
 
 
 def test_scales_are_medians_of_errors_that_do_not_fall():

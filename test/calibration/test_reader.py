@@ -65,7 +65,10 @@ def test_balls_that_were_not_detected_and_doubled_times_are_left_out_and_counted
             "line 2: time must be a number from -1e+07 to 1e+07, got 'soon' (s)",
         ),
         (HEADER + '1,nan,cue,0,0\n', 'line 2: time must be a number'),
-        (HEADER + '1,0,cue,710,0\n', "got '710' (m); is it in mm? 710 mm are 0.71 m"),
+        (
+            HEADER + '1,0,cue,710,0\n',
+            "got '710' (m); is it in mm, cm or inches? 710 mm are 0.71 m",
+        ),
         (HEADER + '1,0,cue,inf,0\n', 'line 2: x must be a number from -10 to 10'),
         (HEADER + '1,0,,0,0\n', 'line 2: ball must be a name'),
         (
@@ -99,8 +102,12 @@ def test_files_that_are_no_recording_are_refused(file, tmp_path, monkeypatch):
         read_recording(tmp_path / 'film.csv')
     with pytest.raises(ValueError, match=r'seen.json: must be a list of shots'):
         read_recording(file('{}', 'seen.json'))
-    with pytest.raises(ValueError, match=r'seen.json: shot 0: must have id, and t, x and y'):
-        read_recording(file('[{"id": 1}]', 'seen.json'))
+    with pytest.raises(ValueError, match=r'seen.json: must be a text in JSON'):
+        read_recording(file('[' * 100_000, 'seen.json'))
+    nothing = '[{"id": 1, "balls": {"1": {"t": [0], "x": [NaN], "y": [0]}}}]'
+    for text in ('[{"id": 1}]', nothing):
+        with pytest.raises(ValueError, match=r'seen.json: shot 0: must have id, and t, x and y'):
+            read_recording(file(text, 'seen.json'))
     monkeypatch.setattr(csv_file, 'MOST_BYTES', 10)
     with pytest.raises(ValueError, match=r'must have at most 10 bytes, got \d+; divide it'):
         read_recording(file(HEADER))
