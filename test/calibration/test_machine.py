@@ -10,7 +10,13 @@ import pytest
 
 from billiard_shot import predict, predict_batch, Scene, shots, Status, Stroke, TableStates
 from billiard_shot.calibration.csv_file import write_csv
-from billiard_shot.calibration.machine import decided, NEEDED, Strike, stroke_in
+from billiard_shot.calibration.machine_fit import (
+    check_decided,
+    decided,
+    NEEDED,
+    Strike,
+    stroke_in,
+)
 from billiard_shot.calibration.machine_strokes import Recorded, Told
 from billiard_shot.calibration.recording import Frame, RecordedShot, Recording, Track
 from billiard_shot.calibration.watched import watch
@@ -79,7 +85,7 @@ def test_the_robots_errors_are_found_beside_those_of_the_tracks():
 def test_strikes_in_one_direction_do_not_decide_where_the_machine_stands():
     strikes = list(told_strikes(np.random.default_rng(3), 20, HIDDEN, one_direction=True))
     with pytest.raises(ValueError, match=r'strikes must decide machine_x.* only to .* m.*direct'):
-        decided(SCENE, strikes)
+        check_decided(decided(SCENE, strikes))
 
 
 def cell(draw, count, alignment):
