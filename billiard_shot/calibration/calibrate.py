@@ -53,12 +53,9 @@ ROUNDS = 4
 
 SETTLED = 0.25
 """
-A fit is done if launches that are searched anew move each common number by less than this part of
-its standard deviation.
+A fit has converged if launches that are searched anew move each common number by less than this
+part of its standard deviation, and the next step would not either.
 """
-
-JUMPED = 2.0
-"""A launch is another one if its cost differs by more; 1 is about one standard deviation."""
 
 LEAST_SHOTS = 5
 """Number of shots that a fit needs."""
@@ -166,7 +163,7 @@ def calibrate(
         estimates=_estimates(sought, problem, found, intervals),
         frames=fitted.frames,
         recordings=tuple(each.name for each in read),
-        converged=unsettled is None and found.close,
+        converged=unsettled is None and found.ahead < SETTLED,
         unsettled=unsettled or (),
         fitted=tuple(each.watched.name for each in found.shots),
         spins=spins_of(found.shots),
@@ -234,8 +231,8 @@ def _fitted(
             scales = scales_after(problem, state.values, launched, scales)
         steps = STEPS if stage >= last else FEW_STEPS
         found = fit(problem, state.values, launched, scales, steps, work.say_error)
-        moved = np.abs(found.values - state.values) / deviations_of(problem, found)
-        if again and found.close and (moved < SETTLED).all():
+        moved = (np.abs(found.values - state.values) / deviations_of(problem, found)).max()
+        if again and max(moved, found.ahead) < SETTLED:
             unsettled = None
             break
         before, pulls = pulls, pulls_of(problem, found)

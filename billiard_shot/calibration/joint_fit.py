@@ -39,8 +39,8 @@ RAISED, LOWERED = 10.0, 0.2
 
 CLOSE, FLAT = 0.1, 0.05
 """
-A fit is close if the next step is shorter than the first part of each standard deviation (Bates
-and Watts, Technometrics 23 (1981): what remains to be gained is small beside the errors), or if it
+A fit ends if the next step is shorter than the first part of each standard deviation (Bates and
+Watts, Technometrics 23 (1981): what remains to be gained is small beside the errors), or if it
 would lower the cost by less than the second number: 1 is a standard deviation of an exact model.
 """
 
@@ -125,8 +125,8 @@ class JointFit:
     curvatures, gradients : (shots, common, common) and (shots, common) float array
         Of the costs of the shots, but for a factor of 2.
     costs : (shots,) float array
-    close : bool
-        Whether the next step would be short, see `CLOSE`.
+    ahead : float
+        Largest change of a number by the next step, in standard deviations; 0 if it gains nothing.
 
     """
 
@@ -136,7 +136,7 @@ class JointFit:
     curvatures: Floats
     gradients: Floats
     costs: Floats
-    close: bool = False
+    ahead: float = np.inf
 
 
 def search(
@@ -335,9 +335,10 @@ def fit(
             np.array([each.cost for each in found]),
         )
         move = _move(problem, values, reduced, LEAST_DAMPING)
-        close = bool((np.abs(move) < CLOSE * deviations_of(problem, reached)).all())
-        close |= _gain(problem, reduced, move) < FLAT
-        if step == steps or close:
+        ahead = float((np.abs(move) / deviations_of(problem, reached)).max())
+        if _gain(problem, reduced, move) < FLAT:
+            ahead = 0.0
+        if step == steps or ahead < CLOSE:
             break
         lower = np.inf
         while not lower < cost and damping < MOST_DAMPING:
@@ -352,7 +353,7 @@ def fit(
             break
         values, found, cost = values + tried_move, tried, lower
         damping = max(damping, LEAST_DAMPING)
-    return replace(reached, close=close)
+    return replace(reached, ahead=ahead)
 
 
 def _followed(
