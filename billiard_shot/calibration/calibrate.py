@@ -209,16 +209,21 @@ def _fitted(
     last, stages = len(horizons) - 1, len(horizons) + ROUNDS - 1
     pulls: dict[str, Floats] = {}
     for stage in range(state.stages, stages):
-        horizon = horizons[min(stage, last)]
-        work.text = f'first {horizon:g} s'
-        problem = Problem(model, sought, horizon, work.mapped)
-        ticking = problem._replace(mapped=work.ticking)
-        begun, again = state.shots, stage > last
+        again = stage > last  # at the last horizon, launches are searched near those known
+        adapts = stage <= last + 1  # after that, the same samples count in the same way
+        problem = Problem(model, sought, horizons[min(stage, last)], work.mapped)
+        work.text = f'first {problem.horizon:g} s'
+        begun = state.shots
         if not again:
             begun = tuple(replace(each, until=np.inf) for each in begun)
-        adapts = stage <= last + 1  # after that, the same samples count in the same way
         launched = searched(
-            ticking, state.values, begun, state.scales, (seed, stage), near=again, cut=adapts
+            problem._replace(mapped=work.ticking),
+            state.values,
+            begun,
+            state.scales,
+            (seed, stage),
+            near=again,
+            cut=adapts,
         )
         if len(launched) < LEAST_SHOTS:
             raise ValueError(

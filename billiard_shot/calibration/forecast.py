@@ -1,9 +1,9 @@
 """
 The path to expect of a shot of which only the beginning was seen.
 
-The first samples do not tell the spin that the cue gave. Of all launches that explain them, the
-best one has an extreme spin as often as not. So launches are drawn as likely as they are, and the
-one in the middle is taken: its path has the least mean distance from those of the others.
+The first samples do not tell the spin that the cue gave, and the launch that explains them best
+may have any spin. So launches are drawn as likely as they are, and the one in the middle is taken:
+its path has the least mean distance from those of the others.
 
 Spins are drawn as other strokes of the player had them, and mirrored ones: from the density of
 Silverman (Density Estimation, 1986, section 4.3). Each draw is the mean of what is likely before

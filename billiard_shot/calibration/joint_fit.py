@@ -413,12 +413,18 @@ def deviations_of(problem: Problem, fit: JointFit) -> Floats:
     This is the sandwich of Huber (Proc. 5th Berkeley Symp. (1967), vol. 1): the errors of the
     samples of a shot are those of its model, and far from independent.
     """
-    moves = np.linalg.solve(fit.curvatures.sum(axis=0) + problem.precision, fit.gradients.T)
-    return np.maximum(np.linalg.norm(moves, axis=-1), TINY)
+    return np.maximum(np.linalg.norm(_influences(problem, fit), axis=0), TINY)
 
 
 def pulls_of(problem: Problem, fit: JointFit) -> dict[str, Floats]:
     """Return by how many standard deviations each shot, by name, moves the common numbers."""
-    moves = np.linalg.solve(fit.curvatures.sum(axis=0) + problem.precision, fit.gradients.T)
     names = [each.watched.name for each in fit.shots]
-    return dict(zip(names, moves.T / deviations_of(problem, fit), strict=True))
+    pulls = _influences(problem, fit) / deviations_of(problem, fit)
+    return dict(zip(names, pulls, strict=True))
+
+
+def _influences(problem: Problem, fit: JointFit) -> Floats:
+    """Return how far each shot moves the common numbers (shots, common)."""
+    matrix = fit.curvatures.sum(axis=0) + problem.precision
+    influences: Floats = np.linalg.solve(matrix, fit.gradients.T).T
+    return influences
