@@ -48,7 +48,7 @@ FIRST_HORIZON, HORIZON, GROWTH = 0.8, 8.0, 3.0
 FEW_STEPS, STEPS = 4, 10
 """Most steps of the common numbers at a horizon, and at the last one."""
 
-ROUNDS = 4
+ROUNDS = 6
 """How often launches are searched at the last horizon, and common numbers fitted, at most."""
 
 SETTLED = 0.25

@@ -37,7 +37,7 @@ FIRST_DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-3, 1e-6, 1e3
 RAISED, LOWERED = 10.0, 0.2
 """Factors of the damping after a worse and a better step."""
 
-CLOSE, FLAT = 0.1, 0.05
+CLOSE, FLAT = 0.1, 0.02
 """
 A fit ends if the next step is shorter than the first part of each standard deviation (Bates and
 Watts, Technometrics 23 (1981): what remains to be gained is small beside the errors), or if it
