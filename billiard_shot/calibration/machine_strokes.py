@@ -13,9 +13,9 @@ from typing import NamedTuple
 import numpy as np
 
 from billiard_shot.calibration.comparison import compare, Comparison
-from billiard_shot.calibration.launch import LEAST_PLACE_SIGMA, MAX_EVENTS, START_TIME_SIGMA
+from billiard_shot.calibration.launch import LEAST_PLACE_SIGMA, MAX_EVENTS
 from billiard_shot.calibration.recording import Floats, Frame
-from billiard_shot.calibration.watched import Watched
+from billiard_shot.calibration.watched import START_SIGMA, Watched
 from billiard_shot.planning.strikes import strike_alone
 from billiard_shot.scene import Scene
 from billiard_shot.scene.player import SPEED
@@ -219,4 +219,4 @@ def _precision(watched: Watched, likely: Floats, width: float) -> Floats:
     """Return the inverse of the covariance (8, 8) of a strike before its tracks count."""
     ranges = width * RANGES * np.where(np.arange(5) == SPEED, likely[SPEED], 1.0)
     place = max(float(watched.rest_sigma[0]), LEAST_PLACE_SIGMA)
-    return np.diag(np.array([*ranges, place, place, START_TIME_SIGMA]) ** -2)
+    return np.diag(np.array([*ranges, place, place, START_SIGMA]) ** -2)
