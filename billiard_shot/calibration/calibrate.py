@@ -48,17 +48,14 @@ FIRST_HORIZON, HORIZON, GROWTH = 0.8, 8.0, 3.0
 FEW_STEPS, STEPS = 4, 10
 """Most steps of the common numbers at a horizon, and at the last one."""
 
-ROUNDS = 4
+ROUNDS = 6
 """How often launches are searched at the last horizon, and common numbers fitted, at most."""
 
 SETTLED = 0.25
 """
-A fit is done if launches that are searched anew move each common number by less than this part of
-its standard deviation.
+A fit has converged if launches that are searched anew move each common number by less than this
+part of its standard deviation, and the next step would not either.
 """
-
-JUMPED = 2.0
-"""A launch is another one if its cost differs by more; 1 is about one standard deviation."""
 
 LEAST_SHOTS = 5
 """Number of shots that a fit needs."""
@@ -166,7 +163,7 @@ def calibrate(
         estimates=_estimates(sought, problem, found, intervals),
         frames=fitted.frames,
         recordings=tuple(each.name for each in read),
-        converged=unsettled is None and found.close,
+        converged=unsettled is None and found.ahead < SETTLED,
         unsettled=unsettled or (),
         fitted=tuple(each.watched.name for each in found.shots),
         spins=spins_of(found.shots),
@@ -212,16 +209,21 @@ def _fitted(
     last, stages = len(horizons) - 1, len(horizons) + ROUNDS - 1
     pulls: dict[str, Floats] = {}
     for stage in range(state.stages, stages):
-        horizon = horizons[min(stage, last)]
-        work.text = f'first {horizon:g} s'
-        problem = Problem(model, sought, horizon, work.mapped)
-        ticking = problem._replace(mapped=work.ticking)
-        begun, again = state.shots, stage > last
+        again = stage > last  # at the last horizon, launches are searched near those known
+        adapts = stage <= last + 1  # after that, the same samples count in the same way
+        problem = Problem(model, sought, horizons[min(stage, last)], work.mapped)
+        work.text = f'first {problem.horizon:g} s'
+        begun = state.shots
         if not again:
             begun = tuple(replace(each, until=np.inf) for each in begun)
-        adapts = stage <= last + 1  # after that, the same samples count in the same way
         launched = searched(
-            ticking, state.values, begun, state.scales, (seed, stage), near=again, cut=adapts
+            problem._replace(mapped=work.ticking),
+            state.values,
+            begun,
+            state.scales,
+            (seed, stage),
+            near=again,
+            cut=adapts,
         )
         if len(launched) < LEAST_SHOTS:
             raise ValueError(
@@ -234,8 +236,8 @@ def _fitted(
             scales = scales_after(problem, state.values, launched, scales)
         steps = STEPS if stage >= last else FEW_STEPS
         found = fit(problem, state.values, launched, scales, steps, work.say_error)
-        moved = np.abs(found.values - state.values) / deviations_of(problem, found)
-        if again and found.close and (moved < SETTLED).all():
+        moved = (np.abs(found.values - state.values) / deviations_of(problem, found)).max()
+        if again and max(moved, found.ahead) < SETTLED:
             unsettled = None
             break
         before, pulls = pulls, pulls_of(problem, found)

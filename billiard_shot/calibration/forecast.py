@@ -1,9 +1,9 @@
 """
 The path to expect of a shot of which only the beginning was seen.
 
-The first samples do not tell the spin that the cue gave. Of all launches that explain them, the
-best one has an extreme spin as often as not. So launches are drawn as likely as they are, and the
-one in the middle is taken: its path has the least mean distance from those of the others.
+The first samples do not tell the spin that the cue gave, and the launch that explains them best
+may have any spin. So launches are drawn as likely as they are, and the one in the middle is taken:
+its path has the least mean distance from those of the others, relative to usual errors.
 
 Spins are drawn as other strokes of the player had them, and mirrored ones: from the density of
 Silverman (Density Estimation, 1986, section 4.3). Each draw is the mean of what is likely before
@@ -16,7 +16,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from billiard_shot.calibration.comparison import compare, FIRST_SCALES
+from billiard_shot.calibration.comparison import compare, FIRST_SCALES, KNOTS
 from billiard_shot.calibration.joint_fit import Shot
 from billiard_shot.calibration.launch import FOLLOW, MASSE, PLACES, SPEED, ways_of
 from billiard_shot.calibration.recording import Floats, Frame
@@ -99,6 +99,7 @@ def middle_launch(
     if not simulated.any():
         return None
     launches, places = launches[simulated], places[simulated]
-    apart = [np.linalg.norm(places - each, axis=-1) @ watched.share for each in places]
+    usual = np.interp(watched.times[watched.at], KNOTS, FIRST_SCALES)
+    apart = [np.linalg.norm(places - each, axis=-1) @ (watched.share / usual) for each in places]
     best: Floats = launches[np.sum(apart, axis=0).argmin()]
     return best

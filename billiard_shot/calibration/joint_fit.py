@@ -37,10 +37,10 @@ FIRST_DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-3, 1e-6, 1e3
 RAISED, LOWERED = 10.0, 0.2
 """Factors of the damping after a worse and a better step."""
 
-CLOSE, FLAT = 0.1, 0.05
+CLOSE, FLAT = 0.1, 0.02
 """
-A fit is close if the next step is shorter than the first part of each standard deviation (Bates
-and Watts, Technometrics 23 (1981): what remains to be gained is small beside the errors), or if it
+A fit ends if the next step is shorter than the first part of each standard deviation (Bates and
+Watts, Technometrics 23 (1981): what remains to be gained is small beside the errors), or if it
 would lower the cost by less than the second number: 1 is a standard deviation of an exact model.
 """
 
@@ -125,8 +125,8 @@ class JointFit:
     curvatures, gradients : (shots, common, common) and (shots, common) float array
         Of the costs of the shots, but for a factor of 2.
     costs : (shots,) float array
-    close : bool
-        Whether the next step would be short, see `CLOSE`.
+    ahead : float
+        Largest change of a number by the next step, in standard deviations; 0 if it gains nothing.
 
     """
 
@@ -136,7 +136,7 @@ class JointFit:
     curvatures: Floats
     gradients: Floats
     costs: Floats
-    close: bool = False
+    ahead: float = np.inf
 
 
 def search(
@@ -335,9 +335,10 @@ def fit(
             np.array([each.cost for each in found]),
         )
         move = _move(problem, values, reduced, LEAST_DAMPING)
-        close = bool((np.abs(move) < CLOSE * deviations_of(problem, reached)).all())
-        close |= _gain(problem, reduced, move) < FLAT
-        if step == steps or close:
+        ahead = float((np.abs(move) / deviations_of(problem, reached)).max())
+        if _gain(problem, reduced, move) < FLAT:
+            ahead = 0.0
+        if step == steps or ahead < CLOSE:
             break
         lower = np.inf
         while not lower < cost and damping < MOST_DAMPING:
@@ -352,7 +353,7 @@ def fit(
             break
         values, found, cost = values + tried_move, tried, lower
         damping = max(damping, LEAST_DAMPING)
-    return replace(reached, close=close)
+    return replace(reached, ahead=ahead)
 
 
 def _followed(
@@ -412,12 +413,18 @@ def deviations_of(problem: Problem, fit: JointFit) -> Floats:
     This is the sandwich of Huber (Proc. 5th Berkeley Symp. (1967), vol. 1): the errors of the
     samples of a shot are those of its model, and far from independent.
     """
-    moves = np.linalg.solve(fit.curvatures.sum(axis=0) + problem.precision, fit.gradients.T)
-    return np.maximum(np.linalg.norm(moves, axis=-1), TINY)
+    return np.maximum(np.linalg.norm(_influences(problem, fit), axis=0), TINY)
 
 
 def pulls_of(problem: Problem, fit: JointFit) -> dict[str, Floats]:
     """Return by how many standard deviations each shot, by name, moves the common numbers."""
-    moves = np.linalg.solve(fit.curvatures.sum(axis=0) + problem.precision, fit.gradients.T)
     names = [each.watched.name for each in fit.shots]
-    return dict(zip(names, moves.T / deviations_of(problem, fit), strict=True))
+    pulls = _influences(problem, fit) / deviations_of(problem, fit)
+    return dict(zip(names, pulls, strict=True))
+
+
+def _influences(problem: Problem, fit: JointFit) -> Floats:
+    """Return how far each shot moves the common numbers (shots, common)."""
+    matrix = fit.curvatures.sum(axis=0) + problem.precision
+    influences: Floats = np.linalg.solve(matrix, fit.gradients.T).T
+    return influences
