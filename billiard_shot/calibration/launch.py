@@ -34,9 +34,6 @@ from billiard_shot.table.trajectory import BallState, EventKind
 SPEED, DIRECTION, FOLLOW, SIDE, MASSE = range(5)
 PLACES = 5  # number of the first place; all before it are those of the strike
 
-START_TIME_SIGMA = 8e-3
-"""Standard deviation of the estimated time of the strike [s]."""
-
 SPIN_SIGMAS = (0.8, 0.8, 0.12)
 """
 Standard deviations of follow, side and masse, relative to the speed.
@@ -80,7 +77,7 @@ def prior_of(watched: Watched) -> tuple[Floats, Floats]:
     precision[range(PLACES), range(PLACES)] = sigmas**-2
     across = np.maximum(watched.rest_sigma, LEAST_PLACE_SIGMA) ** -2
     precision[range(PLACES, n), range(PLACES, n)] = np.repeat(across, 2)
-    along = 1.0 / (1.0 / across[0] + (speed * START_TIME_SIGMA) ** 2)
+    along = 1.0 / (1.0 / across[0] + (speed * watched.start_sigma) ** 2)
     way = watched.velocity / speed
     struck = slice(PLACES, PLACES + 2)
     precision[struck, struck] += (along - across[0]) * np.outer(way, way)

@@ -87,6 +87,8 @@ class RecordedShot:
     noise : Noise, optional
         Errors with which it was played: the scene then tells the launch of the shot, within these
         errors. Without it, the stroke tells only where the search of the launch begins.
+    start : float, optional
+        Time of the strike, if it is known exactly [s].
 
     """
 
@@ -95,6 +97,7 @@ class RecordedShot:
     struck: str | None = None
     stroke: Stroke | None = None
     noise: Noise | None = None
+    start: float | None = None
 
     @property
     def command(self) -> Command | None:

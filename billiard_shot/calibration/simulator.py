@@ -99,7 +99,7 @@ def recording_of(
     for number, speed in enumerate(draw.permutation(np.geomspace(SLOWEST, FASTEST, shots))):
         there, stroke = _shot(scene, float(speed), number % 2 == 0, draw)
         tracks = _tracks(there.balls, simulator(there, stroke, draw))
-        played.append(RecordedShot(str(number + 1), tracks, CUE_BALL, stroke, scene.noise))
+        played.append(RecordedShot(str(number + 1), tracks, CUE_BALL, stroke, scene.noise, 0.0))
     return Recording('simulator', tuple(played))
 
 

@@ -19,6 +19,9 @@ FIRST_SAMPLES, FIRST_TIME = 4, 0.2
 UNEVEN = 0.25
 """Relative change of velocity between these samples by which the ball has met something."""
 
+START_SIGMA = 8e-3
+"""Standard deviation of the estimated time of a strike [s]."""
+
 LEAST_SAMPLES = 5
 """Number of samples that the struck ball must have after the strike."""
 
@@ -41,6 +44,8 @@ class Watched:
         The struck ball is the first one.
     start : float
         Time of the strike in the recording [s].
+    start_sigma : float
+        Its deviation [s].
     times : (times,) float array
         Ascending [s].
     ball, at : (samples,) int array
@@ -64,6 +69,7 @@ class Watched:
     name: str
     balls: tuple[str, ...]
     start: float
+    start_sigma: float
     times: Floats
     ball: NDArray[np.int64]
     at: NDArray[np.int64]
@@ -126,6 +132,8 @@ def watch(shot: RecordedShot, rate: float = 1.0, period: float = 0.0) -> Watched
     if struck not in moves:
         raise ValueError(f'shot {shot.name!r}: ball {struck!r} does not move')
     start, velocity = _onset(tracks[struck], moves[struck])
+    if shot.start is not None:
+        start = shot.start / rate
     balls = (struck, *(name for name in tracks if name != struck))
     samples = [_after(tracks[name], start, period) for name in balls]
     if len(samples[0].time) < LEAST_SAMPLES:
@@ -139,6 +147,7 @@ def watch(shot: RecordedShot, rate: float = 1.0, period: float = 0.0) -> Watched
         shot.name,
         balls,
         start,
+        START_SIGMA if shot.start is None else 0.0,
         times,
         np.repeat(np.arange(len(balls)), [len(each.time) for each in samples]),
         at.ravel(),

@@ -7,7 +7,7 @@ import pytest
 
 from billiard_shot import predict, Scene, Stroke
 from billiard_shot.calibration.calibrate import calibrate
-from billiard_shot.calibration.launch import PLACES, prior_of, states_of
+from billiard_shot.calibration.launch import LEAST_PLACE_SIGMA, PLACES, prior_of, states_of
 from billiard_shot.calibration.recording import Frame
 from billiard_shot.calibration.simulator import FASTEST, recording_of, SLOWEST
 from billiard_shot.calibration.watched import watch
@@ -89,6 +89,19 @@ def test_the_errors_of_an_exact_command_do_not_count(recording):
     assert (states.velocity[1] == states.velocity[0]).all()
     assert seen.command.noise == EXACT
     assert watch(replace(recording.shots[0], noise=None)).command is None
+
+
+def test_the_struck_ball_does_not_lie_elsewhere_if_the_time_of_the_strike_is_known(recording):
+    known = watch(recording.shots[0])
+    estimated = watch(replace(recording.shots[0], start=None))
+    ahead = known.velocity / np.linalg.norm(known.velocity)
+    struck = slice(PLACES, PLACES + 2)
+    sigmas = [
+        (ahead @ prior_of(seen)[1][struck, struck] @ ahead) ** -0.5 for seen in (known, estimated)
+    ]
+    assert sigmas[0] == pytest.approx(LEAST_PLACE_SIGMA)
+    assert sigmas[1] > 5.0 * LEAST_PLACE_SIGMA
+    assert watch(replace(recording.shots[0], start=-0.5), rate=2.0).start == -0.25
 
 
 @pytest.mark.parametrize(
