@@ -95,7 +95,7 @@ function ballAt(x, y) {
 
 // The part of the canvas that the panels leave free [pixels].
 function freeArea() {
-  const { clientWidth: width, clientHeight: height } = element('canvas');
+  const { innerWidth: width, innerHeight: height } = window;
   const panel = document.querySelector('aside').getBoundingClientRect();
   const bar = document.querySelector('footer').getBoundingClientRect();
   // In a narrow window the panel is below the table, or only its head is shown, above the table.

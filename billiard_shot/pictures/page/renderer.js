@@ -3,7 +3,7 @@
 // canvas is opaque, or the browser would have to draw the page below it for each picture, too.
 
 const SHADE = 12; // radii, as far as which balls shade each other
-const ROOM_COLOURS = ['--middle', '--half', '--edge']; // of the page's style
+const ROOM_COLOURS = ['--glow', '--room']; // of the page's style
 
 class Renderer {
   constructor(canvas, data) {

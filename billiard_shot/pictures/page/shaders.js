@@ -309,14 +309,13 @@ const COPY = { // a picture with how deep everything in it is, and the room arou
     in vec2 at;
     uniform sampler2D picture;
     uniform highp sampler2D depth;
-    uniform vec3 room[3];    // its colour in the middle, half way, at the farthest corner
+    uniform vec3 room[2];    // its colour in the middle and at the edges
     out vec4 colour;
     void main() {
       colour = texture(picture, at);
       if (colour.a < 1.0) {
-        float far = 2.0 * length((at - vec2(0.45, 0.6)) / (1.414 * vec2(0.55, 0.6)));
-        vec3 inner = mix(room[0], room[1], min(far, 1.0));
-        colour += (1.0 - colour.a) * vec4(mix(inner, room[2], max(far - 1.0, 0.0)), 1.0);
+        float far = smoothstep(0.0, 1.0, length(2.0 * at - 1.0));
+        colour += (1.0 - colour.a) * vec4(mix(room[0], room[1], far), 1.0);
       }
       gl_FragDepth = texture(depth, at).r;
     }`,
