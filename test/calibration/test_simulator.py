@@ -107,6 +107,7 @@ def test_the_struck_ball_does_not_lie_elsewhere_if_the_time_of_the_strike_is_kno
 @pytest.mark.parametrize(
     ('returned', 'said'),
     [
+        (None, 'the result of the simulator must be a Mapping, got None'),
         ({'cue': [(0.1, 0, 0)]}, r"simulator must return all balls, got \['cue'\] without 1"),
         (
             {'cue': [(0.1, 0)], '1': []},
