@@ -25,8 +25,15 @@ def scene_text(scene: Scene, estimates: Sequence[Estimate], heading: Sequence[st
         Lines above the scene.
 
     """
+    return yaml_text(scene.to_dict(), estimates, heading)
+
+
+def yaml_text(
+    content: Mapping[str, Any], estimates: Sequence[Estimate], heading: Sequence[str]
+) -> str:
+    """Return any such content as YAML, with the comments of a scene."""
     about = {each.name: comment_on(each) for each in estimates}
-    lines = list(_lines(scene.to_dict(), (), about))
+    lines = list(_lines(content, (), about))
     others = [f'{name} {text}' for name, text in about.items()]  # of frames
     comments = [f'# {printable(line)}' for line in (*heading, *others)]
     return '\n'.join([*comments, *lines]) + '\n'

@@ -50,7 +50,8 @@ STUDIES = {
 }
 CALIBRATIONS = {
     'table': 'fit cloth, cushions and balls of a scene to recorded shots; say how surely',
-    'errors': "estimate a player's errors from commanded and measured strokes",
+    'errors': "estimate a player's errors from measured strokes, or from watched shots",
+    'machine': 'find where a robot stands at its table, and how it errs, from its strikes',
     'convert': 'write a recording as CSV',
 }
 GROUPS = {'study': ('STUDY', STUDIES), 'calibrate': ('WHAT', CALIBRATIONS)}
@@ -62,6 +63,7 @@ FILES = (
     'video',
     'state',
     'report',
+    'errors',
 )  # options that name a file to write
 DRAWN = ('.png', '.svg', '.pdf', '.jpg')  # files that pictures are written to
 PAGES = ('.html',)

@@ -24,11 +24,12 @@ from tornado.web import Application, HTTPError, RequestHandler
 
 from billiard_shot import plan, Scene
 from billiard_shot.cli.plan import as_json
-from billiard_shot.embed.page_state import noise_in, scene_in
+from billiard_shot.embed.page_state import check_form, noise_in, scene_in
 from billiard_shot.planning.runner import Progress
 from billiard_shot.scene.player import OFFSETS
 
 ADDRESS = '127.0.0.1'
+USUAL_PORT = 80  # which browsers do not name
 LARGEST_REQUEST = 1_000_000  # bytes
 PATIENCE_S = 5.0  # s, for answers to end with the server
 REPORT_S = 0.1  # s between two reports of progress, unless there is a better stroke
@@ -65,7 +66,8 @@ async def serve(scene: Scene, page: str, port: int, announce: Callable[[str], ob
 
     """
     sockets = bind_sockets(port, ADDRESS)
-    host = f'{ADDRESS}:{sockets[0].getsockname()[1]}'
+    used = sockets[0].getsockname()[1]
+    host = ADDRESS if used == USUAL_PORT else f'{ADDRESS}:{used}'
     served = Served(scene, page, host, token_urlsafe(), Event())
     handlers = [(path, kind, {'served': served}) for path, kind in PATHS.items()]
     application = Application(handlers, log_function=lambda handler: None)
@@ -140,12 +142,18 @@ class Plans(Guarded):
 
     async def post(self, token: str) -> None:
         """Search in a thread, and write each line as it comes."""
+        try:
+            asked = read_request(self.request.body)
+        except ValueError as error:
+            self.set_status(400)
+            self.finish(str(error))
+            return
         loop, lines = asyncio.get_running_loop(), asyncio.Queue[Line | None]()
 
         def tell(line: Line | None) -> None:
             loop.call_soon_threadsafe(lines.put_nowait, line)
 
-        work = loop.run_in_executor(None, self._search, tell)
+        work = loop.run_in_executor(None, self._search, asked, tell)
         self.set_header('Content-Type', 'application/x-ndjson')
         with suppress(StreamClosedError):
             while line := await lines.get():
@@ -153,10 +161,9 @@ class Plans(Guarded):
                 await self.flush()
         await work
 
-    def _search(self, tell: Callable[[Line | None], None]) -> None:
+    def _search(self, asked: Line, tell: Callable[[Line | None], None]) -> None:
         """Plan; tell of progress and the result, and None at the end."""
         try:
-            asked = json.loads(self.request.body)
             scene = scene_in(asked['state'], self.served.scene)
             noise = noise_in(asked['state'], scene)
             result = plan(
@@ -171,6 +178,15 @@ class Plans(Guarded):
             tell({'refused': str(error)})
         finally:
             tell(None)
+
+
+def read_request(body: bytes) -> Line:
+    """Read a request for a plan; ValueError if it does not have the form of one."""
+    asked = json.loads(body)
+    if not isinstance(asked, dict) or not {'state', 'target'} <= asked.keys():
+        raise ValueError(f'a request must have state and target, got {asked!r}')
+    check_form(asked['state'])
+    return asked
 
 
 def reporter(tell: Callable[[Line], None]) -> Callable[[Progress], None]:

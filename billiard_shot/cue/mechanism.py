@@ -13,6 +13,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from billiard_shot.cue.alignment import Alignment
 from billiard_shot.cue.incline import Incline
 from billiard_shot.cue.parts import Parts, section_of
 from billiard_shot.scene.checks import check, read
@@ -136,6 +137,8 @@ class Mechanism:
         the balls.
     parts : Parts
         Masses and sizes of the moving parts, for the robot model (URDF).
+    alignment : Alignment
+        Where the tip is beside where the encoders say it is.
 
     """
 
@@ -161,6 +164,7 @@ class Mechanism:
     contact_time: float = number('s', above=0, default=0.002)
     travel_height: float = number('m', above=0, default=0.1)
     parts: Parts = section(Parts, optional=True)
+    alignment: Alignment = section(Alignment, optional=True)
 
     def __post_init__(self) -> None:
         check(self)

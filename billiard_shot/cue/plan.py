@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 
+from billiard_shot.cue.alignment import Alignment
 from billiard_shot.cue.joint_trajectory import JointTrajectory, TrajectoryBuilder
 from billiard_shot.cue.kinematics import inverse_kinematics, TipPose, travel_pivot_height
 from billiard_shot.cue.limits import LimitError
@@ -25,6 +26,7 @@ from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.predict import predict
 from billiard_shot.shot.shot import Shot
 from billiard_shot.shot.stroke import Stroke
+from billiard_shot.shot.stroke_vectors import axes
 from billiard_shot.status import Status
 
 ELEVATION_TOLERANCE = 1e-6  # rad, between a plan's elevation and that of its pose
@@ -109,17 +111,22 @@ def prepare_shot(mechanism: Mechanism, scene: Scene, plan: ShotPlan) -> Prepared
     if shot.status not in PLAYABLE:
         raise RefusedError(GoalOutcome.NOT_PREDICTED, f'{shot.status.name}: {shot.message}')
     contact = tip_at(stroke, plan.balls[CUE_BALL].position, scene)
+    alignment = mechanism.alignment
+    measured = TipPose(
+        *alignment.by_encoders(contact.position, contact.azimuth, contact.elevation)
+    )
+    speed = alignment.encoder_speed(stroke.speed)
     try:
         profile = stroke_profile(
             mechanism,
             scene.cue.mass,
             scene.cloth.gravity,
             contact.elevation,
-            stroke.speed,
-            shot.cue_speed,
+            speed,
+            speed / stroke.speed * shot.cue_speed,
             clearance=_clearance(contact, scene.cue.ferrule_radius),
         )
-        aimed = inverse_kinematics(mechanism, contact, profile.contact_at)
+        aimed = inverse_kinematics(mechanism, measured, profile.contact_at)
     except LimitError as error:
         outcome = _OUTCOMES.get(error.violations[0].limit, GoalOutcome.OUT_OF_REACH)
         raise RefusedError(outcome, str(error)) from error
@@ -138,6 +145,36 @@ def tip_at(stroke: Stroke, ball: tuple[float, float], scene: Scene) -> TipPose:
     along = np.array(stroke.velocity) / speed
     centre = np.array([*ball, radius])
     return TipPose(centre + (radius + dome) * normal + dome * along, azimuth, elevation)
+
+
+def stroke_on_table(
+    alignment: Alignment, stroke: Stroke, ball: tuple[float, float], scene: Scene
+) -> Array:
+    """
+    Find the stroke that the tip plays if the encoders say another one.
+
+    Parameters
+    ----------
+    alignment : Alignment
+    stroke : Stroke
+        As the encoders say.
+    ball : (x, y)
+        Where the cue ball lies [m].
+    scene : Scene
+
+    Returns
+    -------
+    (5,) float array
+        Arguments of `Stroke.from_offsets`; the azimuth is near that of the encoders.
+
+    """
+    tip = tip_at(stroke, ball, scene)
+    position, azimuth, elevation = alignment.on_table(tip.position, tip.azimuth, tip.elevation)
+    right, up, _ = np.array(axes(elevation, azimuth))
+    away = position - np.array([*ball, scene.ball.radius])
+    away /= scene.ball.radius + scene.cue.tip_curvature_radius
+    speed = alignment.speed(stroke.speed)
+    return np.array([away @ right, away @ up, elevation, azimuth, speed])
 
 
 def hidden_balls(shot: PreparedShot, width: float) -> set[str]:

@@ -14,6 +14,21 @@ from billiard_shot.shot.stroke import Stroke
 State = Mapping[str, Any]
 
 
+def check_form(state: Any) -> None:
+    """Check the form of a state that came from elsewhere; ValueError naming what is wrong."""
+    if not isinstance(state, Mapping):
+        raise ValueError(f'state must be an object, got {state!r}')
+    names = state.get('effects', [])
+    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
+        raise ValueError(f'state.effects must be a list of names, got {names!r}')
+    for field in ('parameters', 'noise'):
+        numbers = state.get(field, {})
+        if not isinstance(numbers, Mapping) or not all(
+            isinstance(number, int | float) for number in numbers.values()
+        ):
+            raise ValueError(f'state.{field} must have a number by each name, got {numbers!r}')
+
+
 def scene_in(state: State, scene: Scene) -> Scene:
     """
     Copy the scene of a page with the balls, effects and numbers of a state.

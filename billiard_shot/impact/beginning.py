@@ -31,6 +31,7 @@ from billiard_shot.impact.state import (
     INACTIVE,
     Model,
     SHAFT,
+    TIP_BODY,
     Workspace,
 )
 from billiard_shot.impact.turning import turn_normals
@@ -63,6 +64,7 @@ class ContactProperties:
     softening: float  # 1/J
     stiffness: float  # N/m^exponent; see `Contact`
     exponent: float
+    shear: float  # tangential stiffness relative to the normal one (shear.py); 0: rigid
     # Only if the bodies are given:
     body_a: int  # number of a ball or tip
     body_b: int  # number of a ball, plane or edge
@@ -142,13 +144,16 @@ def begin_collision(
         c, properties = contacts[j], given.properties[number * count + j]
         c.body_a, c.body_b = properties.body_a, properties.body_b
         c.keeps_normal, c.max_closings = properties.keeps_normal, properties.max_closings
-        c.hold = FREE if c.max_closings > 0 else GONE
+        c.hold, c.is_tip = FREE if c.max_closings > 0 else GONE, False
         c.normal_mode = SHAFT if properties.is_shaft else INACTIVE
         for k in range(3):
             c.tangent_1[k] = properties.tangent[k]
     if bodies > 0:
         for b in range(bodies):
             load_body(given.bodies[number * bodies + b], ws, b)
+        for j in range(count):
+            c = contacts[j]
+            c.is_tip = c.normal_mode != SHAFT and ws.bodies[c.body_a].kind == TIP_BODY
         place_contacts(contacts, ws, velocity)
     else:
         for row in range(3 * count):
@@ -232,6 +237,7 @@ def start_contact(
     c.friction, c.fading = properties.friction, properties.fading
     c.decay = properties.decay * speed
     c.restitution, c.exponent = properties.restitution, properties.exponent
+    c.shear = properties.shear if c.friction > 0.0 else 0.0
     c.stiffness = properties.stiffness / fastest.stiffness
     if c.exponent != fastest.exponent:
         c.stiffness *= (speed * units.time) ** (c.exponent - fastest.exponent)
@@ -245,7 +251,7 @@ def start_contact(
         for k in range(1, len(values)):
             values[k] = 0.0
     c.compression_rate = 1.0 if distances else 0.0
-    c.friction_mode = FRICTIONLESS
+    c.friction_mode, c.shift_1[0], c.shift_2[0] = FRICTIONLESS, 0.0, 0.0
     c.peak_compression, c.restitution_end = 0.0, 0.0
     c.activation_impulse, c.negligible_compression = 0.0, 0.0
     c.slip_dir_1, c.slip_dir_2 = 0.0, 0.0

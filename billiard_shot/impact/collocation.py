@@ -14,16 +14,27 @@ from numpy.typing import NDArray
 
 from billiard_shot.compiled import inner
 from billiard_shot.impact.options import METHOD_OPTIONS
+from billiard_shot.impact.shear import (
+    cone_width,
+    drag_stiffness,
+    FOLLOWS,
+    shear_force,
+    STRAIGHT,
+    turning_of,
+)
 from billiard_shot.impact.state import (
     ContactState,
+    DRAG,
     ELASTIC,
     friction_at,
     friction_is_explicit,
+    GRIP,
     IMPLICIT_STAGES,
     INACTIVE,
     is_active,
     is_stiff,
     Model,
+    shears,
     slips,
     Workspace,
 )
@@ -101,6 +112,8 @@ def collocate(
         to_coefficients(ws, c.force)
         to_coefficients(ws, c.friction_1)
         to_coefficients(ws, c.friction_2)
+        if c.friction_mode == DRAG:
+            set_drag_series(c, ws, scale)
     for k in range(IMPLICIT_STAGES):
         integrate_coefficients(contacts, ws, scale, k)
     if stiff == 1:  # several may share a constraint, which rounding must not violate
@@ -170,6 +183,8 @@ def solve_stages(
             sinking = c.compression_rate * scale * ws.stages[i] * c.velocity[0]
             c.node_compression[i] = c.compression[0] - sinking
             c.angle[i], c.cosine[i], c.sine[i] = 0.0, 0.0, 0.0
+            if c.friction_mode == DRAG:
+                c.cosine[i], c.sine[i] = c.slip_dir_1, c.slip_dir_2
     last_moved, last_turned, before = 0.0, 0.0, inf
     for iteration in range(METHOD_OPTIONS.max_iterations):
         set_stage_forces(m, contacts, ws, scale)
@@ -198,6 +213,9 @@ def set_stage_forces(m: Model, contacts: list[ContactState], ws: Workspace, scal
         c = contacts[j]
         if c.normal_mode == INACTIVE:
             continue
+        if shears(c):
+            set_shear_stages(m, c, ws, scale)
+            continue
         stiff, slipping = is_stiff(m, c), slips(c)
         for i in range(IMPLICIT_STAGES):
             # Continued to y < 0, beyond the event that ends the step, to avoid a kink.
@@ -223,6 +241,52 @@ def set_stage_forces(m: Model, contacts: list[ContactState], ws: Workspace, scal
                 rub = friction_at(c, size) * c.force[i]
                 c.friction_1[i], c.friction_2[i] = -rub * d_1, -rub * d_2
     fill_stick_forces(contacts, ws, IMPLICIT_STAGES)
+
+
+@inner
+def set_shear_stages(m: Model, c: ContactState, ws: Workspace, scale: float) -> None:
+    """
+    Find the forces at the stages of a contact that shears (shear.py).
+
+    If it drags, `dir` is the rate of its shear until the stages are solved.
+    """
+    width, stiffness = cone_width(c), drag_stiffness(c)
+    turning = turning_of(m.planar, c) if c.friction_mode == DRAG else STRAIGHT
+    for i in range(IMPLICIT_STAGES):
+        d_1, d_2, slip_1, slip_2 = c.cosine[i], c.sine[i], c.node_slip_1[i], c.node_slip_2[i]
+        c.sliding[i] = slip_1 * d_1 + slip_2 * d_2
+        c.sliding[i] += width * c.compression_rate * c.node_velocity[i]
+        c.dir_1[i], c.dir_2[i] = slip_1, slip_2
+        if c.friction_mode == DRAG:
+            c.dir_1[i], c.dir_2[i] = slip_1 - c.sliding[i] * d_1, slip_2 - c.sliding[i] * d_2
+    for i in range(IMPLICIT_STAGES):
+        y = c.node_compression[i]
+        u_1 = c.shift_1[0] + scale * stage_dot(ws.integral[i], c.dir_1)
+        u_2 = c.shift_2[0] + scale * stage_dot(ws.integral[i], c.dir_2)
+        if c.friction_mode == GRIP:
+            c.force[i], c.friction_1[i], c.friction_2[i] = shear_force(c, y, u_1, u_2)
+            continue
+        if turning == FOLLOWS:
+            u_1, u_2 = c.node_slip_1[i], c.node_slip_2[i]
+        if turning != STRAIGHT:
+            size = max(sqrt(u_1 * u_1 + u_2 * u_2), 1e-300)
+            c.cosine[i], c.sine[i] = u_1 / size, u_2 / size
+        c.force[i] = stiffness * copysign(abs(y) ** c.exponent, y)
+        c.size[i] = c.node_slip_1[i] * c.cosine[i] + c.node_slip_2[i] * c.sine[i]
+        c.friction_1[i] = -c.friction * c.force[i] * c.cosine[i]
+        c.friction_2[i] = -c.friction * c.force[i] * c.sine[i]
+
+
+@inner
+def set_drag_series(c: ContactState, ws: Workspace, scale: float) -> None:
+    """Convert what a contact that drags did at the stages to coefficients."""
+    to_coefficients(ws, c.size)
+    to_coefficients(ws, c.sliding)
+    to_coefficients(ws, c.dir_1)
+    to_coefficients(ws, c.dir_2)
+    for k in range(IMPLICIT_STAGES):
+        factor = scale / (k + 1)
+        c.shift_1[k + 1], c.shift_2[k + 1] = factor * c.dir_1[k], factor * c.dir_2[k]
 
 
 @inner

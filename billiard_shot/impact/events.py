@@ -6,21 +6,24 @@ from typing import NamedTuple
 from billiard_shot.compiled import inner
 from billiard_shot.impact.laws import POISSON
 from billiard_shot.impact.options import METHOD_OPTIONS
+from billiard_shot.impact.shear import cone_width, FOLLOWS, turning_of
 from billiard_shot.impact.state import (
     COMPRESSION,
     ContactState,
     DEFERRED,
+    DRAG,
     force_is_negligible,
     FREE,
     GONE,
+    GRIP,
     INACTIVE,
     is_stiff,
     Model,
     RESTITUTION,
     SHAFT,
-    SLIP,
     SLIP_ONSET,
     slip_speed,
+    slips,
     STICK,
     Workspace,
 )
@@ -118,14 +121,23 @@ def first_event(
             )
             if x != NO_ROOT:
                 end, kind, contact = x, NO_EVENT, j
-        if c.friction_mode >= SLIP and not is_stiff(m, c):
+        if slips(c) and not is_stiff(m, c):
             x, stops = slip_root(m, c, ws, order, noise * speed, end)
             if x != NO_ROOT:
                 end, kind, contact = x, SLIP_STOP if stops else NO_EVENT, j
-        elif c.friction_mode == STICK:
-            x = cone_root(c, ws, order, noise, end)
+        elif c.friction_mode == STICK or (c.friction_mode == GRIP and not force_is_negligible(c)):
+            x = cone_root(c, ws, step, speed, end)
             if x != NO_ROOT:
                 end, kind, contact = x, CONE_EXIT, j
+        elif c.friction_mode == DRAG and not force_is_negligible(c):
+            at_start = noise * speed if c.sliding[0] <= noise * speed else NOT_ZERO
+            x = first_root(c.sliding, order - 1, 1.0, 0.0, at_start, end, work=work)
+            if x != NO_ROOT:
+                end, kind, contact = x, SLIP_STOP, j
+            if turning_of(m.planar, c) == FOLLOWS:
+                x = lag_root(c, ws, order, end)
+                if x != NO_ROOT:
+                    end, kind, contact = x, NO_EVENT, j
         if opens and (kind != CONE_EXIT or contact != j):  # not by friction outside its cone
             end, kind, contact = 0.0, RESTITUTION_END, j
     return ImpactEvent(end, kind, contact)
@@ -176,23 +188,37 @@ def slip_root(
 
 
 @inner
-def cone_root(c: ContactState, ws: Workspace, order: int, noise: float, end: float) -> float:
-    """First x at which a sticking contact's force leaves the friction cone."""
-    mu, largest, tangential, power = c.friction, 0.0, 0.0, 1.0
+def lag_root(c: ContactState, ws: Workspace, order: int, end: float) -> float:
+    """First x at which the shear of a contact that drags no longer follows its slip at once."""
+    p, width = ws.polynomials[2], cone_width(c)
     for k in range(order):
-        largest += abs(c.force[k]) * power
-        tangential += (abs(c.friction_1[k]) + abs(c.friction_2[k])) * power
+        p[k] = METHOD_OPTIONS.least_lag * c.size[k] - width * c.compression[k]
+    return first_root(p, order - 1, 1.0, 0.0, NOT_ZERO, end, work=ws.polynomials)
+
+
+@inner
+def cone_root(c: ContactState, ws: Workspace, step: Step, speed: float, end: float) -> float:
+    """First x at which the force of a contact that sticks or grips leaves the friction cone."""
+    order, least = step.order, 0.0  # the error of a shear is that of the slip over the step
+    mu, normal, pull_1, pull_2 = c.friction, c.force, c.friction_1, c.friction_2
+    if c.friction_mode == GRIP:
+        mu, normal, pull_1, pull_2 = cone_width(c), c.compression, c.shift_1, c.shift_2
+        least = 2.0 * step.noise * speed * step.scale * max(end, 1.0)
+    largest, tangential, power = 0.0, 0.0, 1.0
+    for k in range(order):
+        largest += abs(normal[k]) * power
+        tangential += (abs(pull_1[k]) + abs(pull_2[k])) * power
         power *= end
-    smallest = 2.0 * abs(c.force[0]) - largest
+    smallest = 2.0 * abs(normal[0]) - largest
     if mu * smallest > tangential or tangential == 0.0:
         return NO_ROOT
     p = ws.polynomials[2]
     for k in range(order):
         p[k] = 0.0
         for i in range(k + 1):
-            p[k] += mu * mu * c.force[i] * c.force[k - i]
-            p[k] -= c.friction_1[i] * c.friction_1[k - i]
-            p[k] -= c.friction_2[i] * c.friction_2[k - i]
-    noise *= mu * largest * mu * largest
+            p[k] += mu * mu * normal[i] * normal[k - i]
+            p[k] -= pull_1[i] * pull_1[k - i]
+            p[k] -= pull_2[i] * pull_2[k - i]
+    noise = max(step.noise * mu * largest, least) * mu * largest
     at_start = noise if p[0] <= noise else NOT_ZERO
     return first_root(p, order - 1, 1.0, 0.0, at_start, end, work=ws.polynomials)

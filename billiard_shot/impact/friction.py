@@ -9,6 +9,7 @@ from math import atan2, cos, sin, sqrt
 
 from billiard_shot.compiled import inner
 from billiard_shot.impact.options import METHOD_OPTIONS
+from billiard_shot.impact.shear import begin_shear, present_force
 from billiard_shot.impact.state import (
     ContactState,
     CREEP,
@@ -334,6 +335,10 @@ def assign_friction_modes(contacts: list[ContactState], ws: Workspace, least: fl
             force[n + 1], force[n + 2] = elastic_friction(c, 0)
             continue
         pressed = c.compression[0] if loaded else max(-c.velocity[0], 0.0)
+        if c.shear > 0.0:
+            begin_shear(c)
+            force[n], force[n + 1], force[n + 2] = present_force(c, loaded)
+            continue
         force[n] = c.stiffness * pressed**c.exponent
         if c.friction == 0.0 or c.friction_mode == DEFERRED:
             continue

@@ -34,7 +34,6 @@ from billiard_shot.impact.events import (
     Step,
 )
 from billiard_shot.impact.friction import assign_friction_modes, sticking_is_feasible
-from billiard_shot.impact.laws import elastic_energy
 from billiard_shot.impact.moving_bodies import (
     advance_motion,
     expand_motion,
@@ -43,6 +42,7 @@ from billiard_shot.impact.moving_bodies import (
 )
 from billiard_shot.impact.options import METHOD_OPTIONS, negligible_speed
 from billiard_shot.impact.shaft import logged_contacts, may_strike_again
+from billiard_shot.impact.shear import spring_energy
 from billiard_shot.impact.state import (
     ContactState,
     CREEP,
@@ -61,6 +61,7 @@ from billiard_shot.impact.state import (
     REDUNDANT_STICK,
     RESTITUTION,
     SHAFT,
+    shears,
     SLIP,
     slip_speed,
     slips,
@@ -178,12 +179,16 @@ def update_speed(m: Model, contacts: list[ContactState], ws: Workspace, p: Impac
             c = contacts[j]
             least = METHOD_OPTIONS.negligible_force * m.tolerance * min(largest, 1.0)
             c.negligible_compression = (least / c.stiffness) ** (1.0 / c.exponent)
+            if c.exponent != 1.0:  # also if the force cannot change the velocity by that much
+                power = c.exponent + 1.0
+                least *= power * abs(c.velocity[0]) / c.stiffness
+                c.negligible_compression = max(c.negligible_compression, least ** (1.0 / power))
 
 
 @inner
 def active_speed(c: ContactState, response: float) -> float:
     """Velocity that an active contact has, or that its spring could still give."""
-    energy = elastic_energy(c.stiffness, c.compression[0], c.exponent)
+    energy = spring_energy(c)
     return max(abs(c.velocity[0]), sqrt(2.0 * energy * response))
 
 
@@ -399,6 +404,8 @@ def is_jammed(contacts: list[ContactState], ws: Workspace) -> bool:
             continue
         if abs(c.velocity[0]) > METHOD_OPTIONS.jam_speed or slips(c):
             return False
+        if shears(c) and slip_speed(c) > METHOD_OPTIONS.jam_speed:
+            return False
         push, size = 0.0, 0.0
         for k in range(len(contacts)):
             d = contacts[k]
@@ -475,4 +482,4 @@ def log_phase(
         if m.bodies > 0:
             row.impulse, row.impulse_1 = impulse_along(c, 0), impulse_along(c, 1)
             row.impulse_2 = impulse_along(c, 2)
-        row.energy = elastic_energy(c.stiffness, c.compression[0], c.exponent)
+        row.energy = spring_energy(c)

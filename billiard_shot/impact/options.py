@@ -50,8 +50,8 @@ class Options(NamedTuple):
     energy_floor : float
         Velocities below this fraction of the tolerance end an infinite sequence.
     negligible_force : float
-        A spring force below this fraction of the tolerance counts as zero: with exponent 3/2 the
-        force has no Taylor series at zero.
+        A spring force below this fraction of the tolerance counts as zero, and so does one that
+        has changed the velocity by less: with exponent 3/2 the force has no Taylor series at zero.
     min_softened : float
         Lowest restitution of a contact that softens with energy.
     end_margin : float
@@ -109,6 +109,12 @@ class Options(NamedTuple):
         Fraction of the tolerance that is always allowed as the last change.
     min_turn : float
         Turn of a slip direction [rad] that is only rounding.
+
+    least_lag : float
+        Time in which the shear of a contact follows its slip, below which it follows at once. The
+        slip turns by 1e-4 rad in it.
+    aligned : float
+        Cosine of the largest angle between slip and shear at which that begins.
 
     max_friction_sweeps : int
         Largest number of sweeps over contacts that share friction. They converge in far fewer, or
@@ -183,6 +189,9 @@ class Options(NamedTuple):
     iteration_share: float = 0.3
     min_iteration_share: float = 0.03
     min_turn: float = 1e-15
+
+    least_lag: float = 0.02
+    aligned: float = 1.0 - 1e-6
 
     max_friction_sweeps: int = 300
     cone_margin: float = 1e-12

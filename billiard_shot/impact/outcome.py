@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from billiard_shot.compiled import inner
 from billiard_shot.impact.beginning import Units
-from billiard_shot.impact.laws import elastic_energy, POISSON
+from billiard_shot.impact.laws import POISSON
 from billiard_shot.impact.moving_bodies import (
     change_units,
     energy_of_bodies,
@@ -15,6 +15,7 @@ from billiard_shot.impact.moving_bodies import (
 )
 from billiard_shot.impact.options import METHOD_OPTIONS
 from billiard_shot.impact.shaft import logged_contacts
+from billiard_shot.impact.shear import spring_energy
 from billiard_shot.impact.state import (
     BodyState,
     components,
@@ -41,9 +42,9 @@ class ContactResult:
     restitution_loss: float  # [J]
     friction_loss: float  # [J]
     final_slip: float  # [m/s] when the contact ended last
-    # If stiffnesses are in N/m^exponent: how far the bodies slipped until the contact ended first,
-    # and before its largest compression [m]; when it became active last, since the beginning, and
-    # how long it was active in all [s].
+    # If stiffnesses are in N/m^exponent: how far a tip slid on a ball until the contact ended
+    # first, and before its largest compression [m]; when it became active last, since the
+    # beginning, and how long it was active in all [s].
     slid: float
     slid_to_peak: float
     began: float
@@ -193,6 +194,6 @@ def energy_imbalance_of_bodies(
     for j in range(len(contacts)):
         c = contacts[j]
         gap += c.restitution_loss + c.friction_loss
-        gap += elastic_energy(c.stiffness, c.compression[0], c.exponent) if is_active(c) else 0.0
+        gap += spring_energy(c) if is_active(c) else 0.0
         turnover += abs(c.impulse)
     return abs(gap) / turnover if turnover > 0.0 else 0.0

@@ -43,6 +43,8 @@ class FrictionMode(IntEnum):
     SLIP_ONSET = 5  # the slip is exactly zero and about to grow along the slip direction
     CREEP = 6  # it slips so slowly that the forces set the slip direction: a stiff equation
     ELASTIC = 7  # a spring and a dashpot resist the slip
+    GRIP = 8  # a spring beside the normal one takes the slip up (shear.py)
+    DRAG = 9  # that spring is at the friction cone, and slides
 
 
 class Hold(IntEnum):
@@ -63,9 +65,9 @@ class BodyKind(IntEnum):
 
 
 INACTIVE, COMPRESSION, RESTITUTION, SHAFT = map(int, NormalMode)
-FRICTIONLESS, DEFERRED, STICK, REDUNDANT_STICK, SLIP, SLIP_ONSET, CREEP, ELASTIC = map(
-    int, FrictionMode
-)
+(
+    FRICTIONLESS, DEFERRED, STICK, REDUNDANT_STICK, SLIP, SLIP_ONSET, CREEP, ELASTIC, GRIP, DRAG,
+) = map(int, FrictionMode)  # fmt: skip
 FREE, HELD, GONE = map(int, Hold)
 BALL_BODY, TIP_BODY, PLANE, EDGE = map(int, BodyKind)
 
@@ -85,6 +87,7 @@ class ContactState:
     decay: float  # the coefficient at slip v is friction - fading (1 - exp(-decay v))
     spring: float  # that resists slip, with a dashpot, if the friction is ELASTIC
     damping: float
+    shear: float  # tangential stiffness relative to the normal one (shear.py); 0: rigid
     restitution: float
     early_softening: float  # of the restitution, see `ContactProperties`
     softening: float
@@ -117,6 +120,7 @@ class ContactState:
     # the contact closes next, and that at which bodies touch that are not dented.
     body_a: int
     body_b: int
+    is_tip: bool  # whether body a is the tip of a cue
     keeps_normal: bool  # while it is pressed
     max_closings: int
     hold: int  # a `Hold`
@@ -134,12 +138,13 @@ class ContactState:
     friction_2: Series
     shift_1: Series  # extension of the spring that resists slip
     shift_2: Series
-    size: Series  # of the slip, and its direction
+    size: Series  # of the slip, and its direction; if the contact shears, along the shear
     dir_1: Series
     dir_2: Series
     coefficient: Series  # of friction, if slip lowers it; and the normal force times the direction
     press_1: Series
     press_2: Series
+    sliding: Series  # speed at which a contact slides that shears; q of shear.py if it grips
     node_velocity: Nodes  # the same at the stages of an implicit step
     node_slip_1: Nodes
     node_slip_2: Nodes
@@ -284,7 +289,13 @@ def is_pressed(c: ContactState) -> bool:
 @inner
 def slips(c: ContactState) -> bool:
     """Whether a contact slips against friction, or is about to."""
-    return c.friction_mode >= SLIP and c.friction_mode != ELASTIC
+    return SLIP <= c.friction_mode <= CREEP
+
+
+@inner
+def shears(c: ContactState) -> bool:
+    """Whether the force of a tangential spring resists slip at a contact."""
+    return c.friction_mode >= GRIP
 
 
 @inner
@@ -314,7 +325,8 @@ def is_stiff(m: Model, c: ContactState) -> bool:
 @inner
 def force_is_negligible(c: ContactState) -> bool:
     """Whether a contact presses so little that its force is taken as zero."""
-    return c.exponent != 1.0 and c.compression[0] < c.negligible_compression
+    smooth = c.exponent == 1.0 and c.shear == 0.0
+    return not smooth and c.compression[0] < c.negligible_compression
 
 
 @inner

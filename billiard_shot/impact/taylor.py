@@ -1,21 +1,24 @@
 """
 An explicit step of a collision: forces and contact velocities as Taylor series, order by order.
 
-Powers of y and the direction of slip follow from recurrences (Knuth, The Art of Computer
-Programming, vol. 2, section 4.7): a step of any order costs one pass of convolutions.
+Powers of y and the direction of slip follow from recurrences: a step of any order costs one pass
+of convolutions.
 """
 
 from math import inf, sqrt
 
 from billiard_shot.compiled import inner, innermost
 from billiard_shot.impact.options import METHOD_OPTIONS
+from billiard_shot.impact.shear import cone_width, drag_stiffness, FOLLOWS, STRAIGHT, turning_of
 from billiard_shot.impact.state import (
     ContactState,
+    DRAG,
     ELASTIC,
     elastic_friction,
     force_is_negligible,
     friction_at,
     friction_is_explicit,
+    GRIP,
     INACTIVE,
     is_active,
     Model,
@@ -23,6 +26,7 @@ from billiard_shot.impact.state import (
     sticks,
     Workspace,
 )
+from billiard_shot.numerics.polynomial import power_coefficient, product_coefficient
 
 
 @inner
@@ -63,11 +67,14 @@ def expand(
             c = contacts[j]
             if c.normal_mode == INACTIVE:
                 continue
-            if force_is_negligible(c):
-                c.force[k] = 0.0
-            else:
-                c.force[k] = force_coefficient(c, k)
-            if c.friction_mode == ELASTIC:
+            if c.friction_mode == GRIP:
+                expand_grip(c, k)
+                continue
+            stiffness = drag_stiffness(c) if c.friction_mode == DRAG else c.stiffness
+            c.force[k] = 0.0 if force_is_negligible(c) else force_coefficient(c, stiffness, k)
+            if c.friction_mode == DRAG:
+                expand_drag(m.planar, c, scale, k)
+            elif c.friction_mode == ELASTIC:
                 c.friction_1[k], c.friction_2[k] = elastic_friction(c, k)
             elif slips(c):
                 if m.planar:
@@ -82,17 +89,12 @@ def expand(
 
 
 @innermost
-def force_coefficient(c: ContactState, k: int) -> float:
+def force_coefficient(c: ContactState, stiffness: float, k: int) -> float:
     """Coefficient k of F = stiffness y**exponent, from y to order k and F to order k - 1."""
-    exponent = c.exponent
-    if exponent == 1.0:
-        return c.stiffness * c.compression[k]
-    if k == 0:
-        return c.stiffness * c.compression[0] ** exponent
-    total = 0.0
-    for i in range(1, k + 1):
-        total += (exponent * i - (k - i)) * c.compression[i] * c.force[k - i]
-    return total / (k * c.compression[0])
+    if c.exponent == 1.0:
+        return stiffness * c.compression[k]
+    factor = stiffness if k == 0 else 1.0
+    return factor * power_coefficient(c.compression, c.force, c.exponent, k)
 
 
 @innermost
@@ -156,6 +158,49 @@ def expand_friction(c: ContactState, k: int) -> None:
 
 
 @innermost
+def expand_grip(c: ContactState, k: int) -> None:
+    """Coefficient k of the forces of a contact that grips; `sliding` is q of shear.py."""
+    if force_is_negligible(c):
+        c.force[k] = c.friction_1[k] = c.friction_2[k] = 0.0
+        return
+    y, u_1, u_2, power = c.compression, c.shift_1, c.shift_2, c.coefficient
+    c.sliding[k] = product_coefficient(y, y, k)
+    c.sliding[k] += c.shear * product_coefficient(u_1, u_1, k)
+    c.sliding[k] += c.shear * product_coefficient(u_2, u_2, k)
+    power[k] = power_coefficient(c.sliding, power, 0.5 * (c.exponent - 1.0), k)
+    pull = -c.shear * c.stiffness
+    c.force[k] = c.stiffness * product_coefficient(y, power, k)
+    c.friction_1[k] = pull * product_coefficient(u_1, power, k)
+    c.friction_2[k] = pull * product_coefficient(u_2, power, k)
+
+
+@innermost
+def expand_drag(planar: bool, c: ContactState, scale: float, k: int) -> None:
+    """Coefficient k of the friction of a contact that drags (shear.py), and k + 1 of its shear."""
+    turning, width = turning_of(planar, c), cone_width(c)
+    d_1, d_2 = c.dir_1, c.dir_2
+    if turning == FOLLOWS:
+        expand_direction(c, k)
+    elif turning == STRAIGHT:
+        d_1[k], d_2[k] = (c.slip_dir_1, c.slip_dir_2) if k == 0 else (0.0, 0.0)
+        c.size[k] = c.slip_1[k] * d_1[0] + c.slip_2[k] * d_2[0]
+        c.press_1[k], c.press_2[k] = c.force[k] * d_1[0], c.force[k] * d_2[0]
+    else:
+        y = c.compression
+        d_1[k] = d_2[k] = 0.0
+        d_1[k] = (c.shift_1[k] / width - product_coefficient(y, d_1, k)) / y[0]
+        d_2[k] = (c.shift_2[k] / width - product_coefficient(y, d_2, k)) / y[0]
+        c.size[k] = product_coefficient(c.slip_1, d_1, k) + product_coefficient(c.slip_2, d_2, k)
+        c.press_1[k] = product_coefficient(c.force, d_1, k)
+        c.press_2[k] = product_coefficient(c.force, d_2, k)
+    c.sliding[k] = c.size[k] + width * c.compression_rate * c.velocity[k]
+    c.friction_1[k], c.friction_2[k] = -c.friction * c.press_1[k], -c.friction * c.press_2[k]
+    factor = scale / (k + 1)
+    c.shift_1[k + 1] = factor * (c.slip_1[k] - product_coefficient(c.sliding, d_1, k))
+    c.shift_2[k + 1] = factor * (c.slip_2[k] - product_coefficient(c.sliding, d_2, k))
+
+
+@innermost
 def integrate_coefficients(
     contacts: list[ContactState], ws: Workspace, scale: float, k: int
 ) -> None:
@@ -183,7 +228,7 @@ def integrate_coefficients(
         if c.friction > 0.0:
             c.slip_1[k + 1] = factor * first
             c.slip_2[k + 1] = factor * second
-        if c.friction_mode == ELASTIC:
+        if c.friction_mode == ELASTIC or c.friction_mode == GRIP:
             c.shift_1[k + 1], c.shift_2[k + 1] = factor * c.slip_1[k], factor * c.slip_2[k]
     for j in range(len(contacts)):
         c = contacts[j]
@@ -223,6 +268,9 @@ def step_length(m: Model, contacts: list[ContactState], order: int, tolerance: f
 
     The error of the slip direction limits the step too. If another contact holds the slip, the
     velocities do not show the error of the friction.
+
+    The series of y**exponent converges only up to twice the compression. Beyond, even errors
+    within the tolerance may close a contact that only touches.
     """
     last = 0.0
     before = 0.0
@@ -234,7 +282,7 @@ def step_length(m: Model, contacts: list[ContactState], order: int, tolerance: f
         if c.friction > 0.0:
             last = max(last, abs(c.slip_1[order]), abs(c.slip_2[order]))
             before = max(before, abs(c.slip_1[order - 1]), abs(c.slip_2[order - 1]))
-        if slips(c) and not m.planar:
+        if (slips(c) or c.friction_mode == DRAG) and not m.planar:
             turning = max(turning, abs(c.dir_1[order - 1]), abs(c.dir_2[order - 1]))
     if not (last < 1e200 and before < 1e200):
         return 0.0
@@ -245,4 +293,8 @@ def step_length(m: Model, contacts: list[ContactState], order: int, tolerance: f
         x = min(x, (tolerance / before) ** (1.0 / (order - 1)))
     if 1e-300 < turning < inf:
         x = min(x, (METHOD_OPTIONS.direction_error / turning) ** (1.0 / (order - 1)))
+    for j in range(len(contacts)):
+        c = contacts[j]
+        if c.exponent != 1.0 and c.compression[1] * x > c.compression[0] > 0.0:
+            x = c.compression[0] / c.compression[1] if not force_is_negligible(c) else x
     return METHOD_OPTIONS.explicit_margin * x

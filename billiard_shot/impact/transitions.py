@@ -16,16 +16,20 @@ from billiard_shot.impact.friction import eliminate_sticking, start_slip
 from billiard_shot.impact.laws import elastic_energy, opening, POISSON
 from billiard_shot.impact.moving_bodies import free_tips, part, push_bodies, take_normal
 from billiard_shot.impact.options import METHOD_OPTIONS
+from billiard_shot.impact.shear import begin_drag, shear_force, spring_energy
 from billiard_shot.impact.state import (
     COMPRESSION,
     ContactState,
+    DRAG,
     FREE,
     friction_at,
     FRICTIONLESS,
+    GRIP,
     INACTIVE,
     is_active,
     Model,
     RESTITUTION,
+    shears,
     SLIP_ONSET,
     slip_speed,
     slips,
@@ -68,9 +72,15 @@ def apply(
         reverse_normal_motion(m, c, known)
         return False
     if event.kind == CONE_EXIT:
-        start_slip(contacts, ws, j)
+        if c.friction_mode == GRIP:
+            begin_drag(c)
+        else:
+            start_slip(contacts, ws, j)
         return False
     if event.kind == SLIP_STOP:
+        if c.friction_mode == DRAG:
+            c.friction_mode = GRIP
+            return False
         stop_slip(c)
         if c.friction_mode == SLIP_ONSET:  # the slip that was to begin is less than noise
             c.friction_mode = STICK
@@ -99,7 +109,7 @@ def activate(c: ContactState, known: bool) -> None:
     """Make a contact active; `known`: whether its normal velocity is zero at the event."""
     c.normal_mode = COMPRESSION
     c.friction_mode = FRICTIONLESS
-    c.compression[0] = 0.0
+    c.compression[0] = c.shift_1[0] = c.shift_2[0] = 0.0
     c.compression_rate = 1.0
     c.activation_impulse = c.impulse
     c.closings += 1
@@ -111,7 +121,7 @@ def activate(c: ContactState, known: bool) -> None:
 def deactivate(m: Model, c: ContactState) -> None:
     """End a contact: count the energy left in its spring as lost, and store its slip."""
     c.restitution_loss += loss_since_peak(c) if c.normal_mode == RESTITUTION else 0.0
-    c.restitution_loss += elastic_energy(c.stiffness, c.compression[0], c.exponent)
+    c.restitution_loss += spring_energy(c)
     c.final_slip = 0.0 if sticks(c) else slip_speed(c)
     c.normal_mode = INACTIVE
     c.friction_mode = FRICTIONLESS
@@ -152,7 +162,8 @@ def start_restitution(c: ContactState, law: int, peak: float) -> None:
         restitution = max(restitution / divisor, METHOD_OPTIONS.min_softened)
     opens = opening(law, restitution, c.exponent)
     c.normal_mode, c.peak_compression = RESTITUTION, peak
-    c.compression_rate, c.lost_share = opens.rate, opens.lost
+    c.compression_rate = opens.rate
+    c.lost_share = 0.0 if shears(c) else opens.lost  # see count_losses
     c.restitution_end = peak * opens.end
 
 
@@ -189,6 +200,10 @@ def normal_acceleration(contacts: list[ContactState], ws: Workspace, j: int) -> 
         c = contacts[k]
         if is_active(c):
             response = row[3 * k]
+            if shears(c):
+                push, f_1, f_2 = shear_force(c, c.compression[0], c.shift_1[0], c.shift_2[0])
+                total += response * push + row[3 * k + 1] * f_1 + row[3 * k + 2] * f_2
+                continue
             if slips(c):
                 friction = friction_at(c, slip_speed(c))
                 response -= friction * row[3 * k + 1] * c.slip_dir_1

@@ -10,6 +10,7 @@ friction has no room for that force beside the others, contacts slip instead.
 from billiard_shot.compiled import inner
 from billiard_shot.impact.friction import eliminate_sticking
 from billiard_shot.impact.moving_bodies import measure, push_bodies, take_normal, velocity_of
+from billiard_shot.impact.shear import shear_force
 from billiard_shot.impact.state import (
     ContactState,
     ELASTIC,
@@ -17,6 +18,7 @@ from billiard_shot.impact.state import (
     friction_at,
     is_active,
     Model,
+    shears,
     slip_speed,
     slips,
     sticks,
@@ -64,7 +66,11 @@ def have_room(m: Model, contacts: list[ContactState], ws: Workspace) -> bool:
         c = contacts[j]
         if is_active(c):
             c.force[0] = c.stiffness * c.compression[0] ** c.exponent
-            if c.friction_mode == ELASTIC:
+            if shears(c):
+                c.force[0], c.friction_1[0], c.friction_2[0] = shear_force(
+                    c, c.compression[0], c.shift_1[0], c.shift_2[0]
+                )
+            elif c.friction_mode == ELASTIC:
                 c.friction_1[0], c.friction_2[0] = elastic_friction(c, 0)
             elif slips(c):
                 rub, slip = friction_at(c, slip_speed(c)) * c.force[0], max(slip_speed(c), 1e-300)

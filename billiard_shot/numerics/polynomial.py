@@ -1,4 +1,4 @@
-"""The first root of a polynomial on an interval: how every event of a collision is located."""
+"""Polynomials, lowest coefficient first: products, powers, integrals, and the first root."""
 
 from math import inf
 
@@ -18,6 +18,50 @@ def evaluate(c: Vector, degree: int, x: float) -> float:
     for k in range(degree - 1, -1, -1):
         value = value * x + c[k]
     return value
+
+
+@innermost
+def product_coefficient(a: Vector, b: Vector, k: int) -> float:
+    """Coefficient k of the product of two polynomials."""
+    total = 0.0
+    for i in range(k + 1):
+        total += a[i] * b[k - i]
+    return total
+
+
+@innermost
+def power_coefficient(base: Vector, power: Vector, exponent: float, k: int) -> float:
+    """
+    Coefficient k of a power of a polynomial, from those below k; base[0] is above 0.
+
+    From base * power' = exponent * base' * power (Knuth, The Art of Computer Programming, vol. 2,
+    section 4.7).
+    """
+    if k == 0:
+        return base[0] ** exponent
+    total = 0.0
+    for i in range(1, k + 1):
+        total += (exponent * i - (k - i)) * base[i] * power[k - i]
+    return total / (k * base[0])
+
+
+@inner
+def integral(c: Vector, count: int, x: float) -> float:
+    """Integral from 0 to x of a polynomial with `count` coefficients."""
+    total = 0.0
+    for k in range(count - 1, -1, -1):
+        total = total * x + c[k] / (k + 1)
+    return total * x
+
+
+@inner
+def product_integral(a: Vector, b: Vector, count: int, x: float) -> float:
+    """Integral from 0 to x of the first `count` terms of the product of two polynomials."""
+    total, power = 0.0, x
+    for k in range(count):
+        total += product_coefficient(a, b, k) * power / (k + 1)
+        power *= x
+    return total
 
 
 @inner

@@ -15,6 +15,7 @@ from billiard_shot.pictures.planning_story import draw_planning_story
 from billiard_shot.pictures.rack_gaps import draw_rack_gaps
 from billiard_shot.pictures.strike import draw_strike
 from billiard_shot.pictures.table import draw_shot
+from billiard_shot.pictures.tip import draw_tip
 from billiard_shot.pictures.trails import trails_of
 from billiard_shot.pictures.two_balls import TwoBalls
 from billiard_shot.scene import Scene
@@ -66,6 +67,7 @@ FIGURES: Mapping[str, Callable[[Path], None]] = {
     'table-masse': lambda path: _draw(around(), path, 'A massé around ball 1, elevation 50°'),
     'rack-gaps': draw_rack_gaps,
     'planning-story': draw_planning_story,
+    'tip': draw_tip,
     'history': lambda path: draw_history(
         trails_of(combination()),
         path,

@@ -9,6 +9,7 @@ here.
 from base64 import b64encode
 from collections.abc import Mapping
 from hashlib import sha256
+from html import escape
 from importlib.resources import files
 import json
 from pathlib import Path
@@ -136,14 +137,14 @@ def _page(data: dict[str, Any], links: Mapping[str, str], core: str) -> str:
     parts = {
         'POLICY': ' '.join(f"'sha256-{each}'" for each in hashes) + (" 'self' file:" * bool(core)),
         'CONNECT': "'self'" if data.get('planner') else '',
-        'TITLE': _escaped(data['title']),
+        'TITLE': escape(data['title']),
         'STYLE': _part('style.css'),
         'LINKS': ' '.join(
-            f'<a href="{_escaped(to)}">{_escaped(text)}</a>' for text, to in links.items()
+            f'<a href="{escape(to)}">{escape(text)}</a>' for text, to in links.items()
         ),
         # no text in it can end the script
         'DATA': json.dumps(data, ensure_ascii=False, allow_nan=False).replace('<', '\\u003c'),
-        'CORE': f'<script src="{_escaped(core)}"></script>' if core else _script(inline),
+        'CORE': f'<script src="{escape(core)}"></script>' if core else _script(inline),
         'SCRIPT': script,
     }
     page = _part('page.html')
@@ -158,10 +159,6 @@ def _part(name: str) -> str:
 
 def _script(text: str) -> str:
     return f'<script>{text}</script>'
-
-
-def _escaped(text: str) -> str:
-    return text.replace('&', '&amp;').replace('<', '&lt;').replace('"', '&quot;')
 
 
 def _scene_data(

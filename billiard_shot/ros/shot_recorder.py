@@ -34,7 +34,7 @@ class ShotRecorderParameters(OfTable):
     Parameters
     ----------
     scene : str
-        Ball, for the strokes: name of a bundled scene, or path of a YAML file.
+        Ball and tip, for the strokes: name of a bundled scene, or path of a YAML file.
     file : str
         Recording to which shots are added. The file of the same name that ends in .yaml gets their
         strokes.
@@ -59,7 +59,9 @@ class ShotRecorder(Node):
         super().__init__('shot_recorder')
         parameters.declare(self, ShotRecorderParameters)
         own = parameters.read(ShotRecorderParameters, self)
-        self._frame, self._radius = own.frame, Scene.load(own.scene).ball.radius
+        scene = Scene.load(own.scene)
+        self._frame, self._radius = own.frame, scene.ball.radius
+        self._curvature = scene.cue.tip_curvature_radius / scene.ball.radius
         self._log = ShotLog(Path(own.file), own.scene)
         self._balls: Balls = {}
         self.create_subscription(TableState, 'table_state', self._see, LATCHED)
@@ -86,7 +88,8 @@ class ShotRecorder(Node):
         except ValueError as error:
             self.get_logger().error(f'ignored a strike: {error}')
             return
-        self._log.strike(message.shot_id, seconds(message.header.stamp), stroke)
+        stamp = seconds(message.header.stamp)
+        self._log.strike(message.shot_id, stamp, stroke.touching(self._curvature))
 
 
 def main(args: Sequence[str] | None = None) -> None:

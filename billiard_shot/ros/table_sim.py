@@ -14,7 +14,9 @@ from rclpy.publisher import Publisher
 from std_msgs.msg import Header, String
 from std_srvs.srv import Trigger
 
-from billiard_shot import predict
+from billiard_shot import predict, Stroke
+from billiard_shot.cue.alignment import Alignment
+from billiard_shot.cue.plan import stroke_on_table
 from billiard_shot.ros import parameters
 from billiard_shot.ros.conversions import check_frame, filled, requested_scene
 from billiard_shot.ros.cue_conversions import measured_stroke
@@ -91,12 +93,13 @@ class TableSim(Node):
     Every shot is published on `~/shot` (std_msgs/msg/String), latched, as the JSON that
     `billiard_shot.load_shot` reads. The service `~/reset` (std_srvs/srv/Trigger) puts all balls
     back, and `~/place` (billiard_shot_msgs/srv/PlaceBalls) puts balls elsewhere. Its parameters
-    are `TableSimParameters` and `CameraErrors`.
+    are `TableSimParameters`, `CameraErrors` and `Alignment`: where the tip is beside where the
+    strike says it is, which the driver does not see.
     """
 
     def __init__(self) -> None:
         super().__init__('table_sim')
-        parameters.declare(self, TableSimParameters, CameraErrors)
+        parameters.declare(self, TableSimParameters, CameraErrors, Alignment)
         own = parameters.read(TableSimParameters, self)
         self._scene = guided_scene(own.scene)
         self._real_time_factor = own.real_time_factor
@@ -156,6 +159,10 @@ class TableSim(Node):
             check_frame('header.frame_id', message.header, self.get_parameter('frame').value)
             scene = replace(self._scene, balls=places)
             stroke = measured_stroke(message, scene.cue_ball)
+            alignment = parameters.read(Alignment, self)
+            if alignment != Alignment():
+                played = stroke_on_table(alignment, stroke, scene.cue_ball[:2], scene)
+                stroke = Stroke.from_offsets(*played.tolist())
         except ValueError as error:
             self.get_logger().error(f'ignored a strike: {error}')
             return

@@ -22,6 +22,9 @@ class Effects:
     shaft : str
         If `off`, nothing holds the tip to the axis of the cue while it touches the ball, and it
         swings back at once when it leaves the ball.
+    tip_spring : str
+        If not `off`, a spring along the surface of the tip takes up the slip at the ball, as far
+        as friction holds it. By default `off`; needs the effect `shaft` and law `bistiffness`.
     end_mass : str
         If `off`, the tip cannot move sideways, as if the cue were guided.
     tip_curvature : str
@@ -55,6 +58,7 @@ class Effects:
     tip_friction: str = choice(*_SETTINGS, default='auto')
     table_friction: str = choice(*_SETTINGS, default='auto')
     shaft: str = choice(*_SETTINGS, default='auto')
+    tip_spring: str = choice(*_SETTINGS, default='off')
     end_mass: str = choice(*_SETTINGS, default='auto')
     tip_curvature: str = choice(*_SETTINGS, default='auto')
     flight: str = choice(*_SETTINGS, default='auto')

@@ -15,12 +15,18 @@ from billiard_shot.table.scene_params import ball_cloth_params
 
 REACH = 0.03  # m: farther than a ball goes while the tip of a cue at 10 m/s touches it
 NORMALS = 16  # that a contact has while the tip touches the ball
-# The bending shaft as a lighter end with a dashpot: its mass relative to the effective mass of the
-# cue's end, and the rate [1/s] at which it loses its motion, per that mass: 4 kg/s for 4.2 g, near
-# that of the waves on a maple shaft 13 mm thick. The mass is fitted in scene `pool`, where the tip
-# has the restitution 0.75: squirt at 0.1, 0.3 and 0.5 radii is 0.43, 1.21 and 1.99 degrees; that
-# of a free end is 0.40, 1.20 and 2.03.
+# The bending shaft as an end with a dashpot: its mass relative to the effective mass of the cue's
+# end, and the rate [1/s] at which it loses its motion, per that mass. 4 to 5 kg/s for 4.2 g are
+# near the waves on a maple shaft 13 mm thick. A tip that does not shear needs a lighter end, whose
+# mass is fitted in scene `pool`, where the tip has the restitution 0.75: squirt at 0.1, 0.3 and
+# 0.5 radii is 0.43, 1.21 and 1.99 degrees; that of a free end is 0.40, 1.20 and 2.03.
 SHAFT_MASS, SHAFT_DAMPING = 0.58, 950.0
+# With the effect `tip_spring`: 0.38, 1.10 and 1.75 degrees, if the exponent of the tip is 1.5. So
+# strikes agree with those of a chain of masses for that shaft and its ferrule.
+SOFT_TIP_SHAFT_MASS, SOFT_TIP_SHAFT_DAMPING = 1.0, 1190.0
+# Stiffness of a tip along its surface relative to that along the normal. Films show that contacts
+# off centre last longer (docs/limits.md), which needs at most 0.5.
+TIP_SHEAR = 0.48
 NORMALS_MOVE_FROM = radians(35.0)  # elevation [rad], see docs/limits.md
 # Of tip and ball at DURATION_SPEED [s], if the scene has only a ratio of stiffnesses: high-speed
 # films, Alciatore (billiards.colostate.edu).
@@ -36,6 +42,7 @@ class StrikeModel(NamedTuple):
     inverse_end_mass: float  # 1/kg, for the tip's motion across the cue; 0 if it is guided
     shaft: bool  # whether the shaft holds the tip to the axis, if that can move across it
     end_stiffness: float  # N/m, of the shaft
+    tip_spring: bool  # whether the tip shears, if a shaft holds it and bodies move
     ferrule_radius: float  # m, half of the thickness of the cue at its tip
     tip_curvature: float  # radius of a rounded tip, in radii of the ball
     friction: tuple[float, float]  # of TIP_CONTACT and CLOTH_CONTACT, like the next three
@@ -67,9 +74,13 @@ def cue_params(model: StrikeModel, table: TableParams) -> CueParams:
 
     takes_time = moves and table.ball_duration > 0.0
     bends = model.shaft and model.inverse_end_mass > 0.0
+    shears = bends and moves and model.tip_spring
+    end, damping = (
+        (SOFT_TIP_SHAFT_MASS, SOFT_TIP_SHAFT_DAMPING) if shears else (SHAFT_MASS, SHAFT_DAMPING)
+    )
     return CueParams(
         response=1.0 / model.cue_mass,
-        across=model.inverse_end_mass / (SHAFT_MASS if bends else 1.0),
+        across=model.inverse_end_mass / (end if bends else 1.0),
         reach=tip_reach(model),
         friction=model.friction[TIP_CONTACT],
         restitution=model.restitution[TIP_CONTACT],
@@ -88,7 +99,8 @@ def cue_params(model: StrikeModel, table: TableParams) -> CueParams:
         moves=moves,
         follow_through=model.follow_through,
         end_stiffness=model.end_stiffness if bends else 0.0,
-        end_damping=SHAFT_DAMPING / model.inverse_end_mass if bends else 0.0,
+        end_damping=damping / model.inverse_end_mass if bends else 0.0,
+        shear=TIP_SHEAR if shears else 0.0,
         normals_move_from=sin(NORMALS_MOVE_FROM) if moves and model.follow_through > 0.0 else inf,
     )
 
@@ -102,6 +114,7 @@ def strike_model(scene: Scene) -> StrikeModel:
         inverse_end_mass=1.0 / float(scene.cue.end_mass),
         shaft=not scene.cue.guided,
         end_stiffness=float(scene.cue.end_stiffness),
+        tip_spring=True,
         ferrule_radius=float(scene.cue.ferrule_radius),
         tip_curvature=float(scene.cue.tip_curvature_radius / scene.ball.radius),
         friction=(float(tip.friction), float(cloth.friction)),

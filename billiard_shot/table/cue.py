@@ -47,6 +47,8 @@ class CueParams(NamedTuple):
     # Spring [N/m] and dashpot [kg/s] that hold the end to the axis; 0: it swings back at once.
     end_stiffness: float = 0.0
     end_damping: float = 0.0
+    # Stiffness of the tip along its surface relative to that along the normal; 0: infinite.
+    shear: float = 0.0
 
 
 NO_CUE = CueParams(

@@ -36,7 +36,7 @@ def write_contact(c: ContactProperties, a: int, b: int, gap: float) -> None:
     """Write a contact of bodies a and b at a distance [m], with the vertical as its tangent."""
     c.body_a, c.body_b, c.gap = a, b, gap
     c.tangent[0], c.tangent[1], c.tangent[2] = UP
-    c.fading, c.decay, c.early_softening, c.softening = 0.0, 0.0, 0.0, 0.0
+    c.fading, c.decay, c.early_softening, c.softening, c.shear = 0.0, 0.0, 0.0, 0.0, 0.0
     c.keeps_normal, c.max_closings, c.is_shaft = False, UNLIMITED, False
 
 
@@ -111,7 +111,7 @@ def set_tip_and_cloth(
 
     """
     tip.friction, tip.restitution = q.friction, q.restitution
-    tip.stiffness, tip.exponent = q.stiffness, q.exponent
+    tip.stiffness, tip.exponent, tip.shear = q.stiffness, q.exponent, q.shear
     tip.max_closings = MAX_HITS if q.follow_through > 0.0 else 1
     set_cloth(q, cloth)
     contact_axes(n, axis, UP, axes, 0)

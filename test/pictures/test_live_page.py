@@ -19,11 +19,14 @@ from billiard_shot import (
     predict_batch,
     predict_within_noise,
     Scene,
+    shots,
     Stroke,
+    TableStates,
 )
 from billiard_shot.cli import main
 from billiard_shot.embed.core_files import core_script
 from billiard_shot.pictures.view import page_of, page_of_scene
+from billiard_shot.shot.setting import setting_of
 from billiard_shot.shot.stroke_file import read_strokes
 from billiard_shot.table.outline import outline_of
 from billiard_shot.table.run import POCKET_NAMES
@@ -184,14 +187,17 @@ def test_a_link_brings_the_state_back(browser, tmp_path):
     )
     browser.run('view.aim({ a: 0.1, azimuth: 0.0123456789, speed: 8.7654321 })')
     browser.run("document.getElementById('go-on').click()")  # places have all their digits
+    browser.press('k')
+    browser.run('view.aim({ azimuth: 0.3 })')
     state = browser.run('view.state')
     browser.wait_for('location.hash.length > 1')
     fragment = browser.run('location.hash')
     assert 1 < len(fragment) <= 2000
     opened(browser, path, page_of_scene(scene), fragment)
     found = browser.run('view.state')
-    for name in ('balls', 'stroke', 'effects', 'parameters', 'target', 'units'):
+    for name in ('balls', 'stroke', 'effects', 'parameters', 'target', 'units', 'kept'):
         assert found[name] == state[name], name
+    assert len(found['kept']) == 1
     assert browser.messages == []
 
 
@@ -214,6 +220,11 @@ def test_a_link_brings_the_state_back(browser, tmp_path):
         {'units': '__proto__'},
         {'drill': {'tries': '<b>', 'successes': 1}},
         {'level': '1'},
+        {'kept': 'x'},
+        {'kept': [7]},
+        {'kept': [{}, {}, {}]},
+        {'kept': [{'balls': {'cue': None}}]},
+        {'kept': [{'parameters': {'cloth.sliding_friction': -4}}]},
         [],
         None,
     ],
@@ -306,6 +317,24 @@ def test_the_menu_lists_direct_shots_and_aims(browser, tmp_path):
         target = browser.run('view.state.target')
         assert (target['ball'], target['pocket'].replace('_', ' ')) == (ball, pocket)
         assert browser.run(f'view.outcome.balls[{ball!r}].pocket') == target['pocket']
+
+
+def test_direct_shots_are_those_on_the_cloth_of_the_page(browser, tmp_path):
+    page = opened(browser, tmp_path / 'page.html', page_of_scene('blocked'))
+    name, value = 'cloth.rolling_resistance', 0.02
+    scene = Scene.load('blocked').with_parameters([name], [value])
+    found, usual = (
+        page.run(f'view.tableFor({{ effects: [], parameters: {given} }}).shots(view.state.balls)')
+        for given in (json.dumps({name: value}), '{}')
+    )
+    places, radius = page.run('view.state.balls'), scene.ball.radius
+    names = setting_of(scene).names
+    expected = shots(scene, TableStates(names, np.array([[(*places[n], radius) for n in names]])))
+    speeds, others = ([shot['stroke']['speed'] for shot in each] for each in (found, usual))
+    # the openings of pockets are those on the cloth of the scene
+    assert speeds == pytest.approx(expected.offsets[:, 4], rel=1e-4)
+    assert [shot['chance'] for shot in found] == pytest.approx(expected.chance, abs=2e-3)
+    assert speeds != pytest.approx(others, rel=0.1)
 
 
 def test_a_drill_counts_tries_with_errors(browser, tmp_path):

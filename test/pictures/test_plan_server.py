@@ -7,13 +7,15 @@ from http.client import HTTPConnection
 import json
 from queue import SimpleQueue
 import signal
+import socket
 import subprocess
 import sys
 from threading import Barrier, Event, Thread
 import time
 from urllib.parse import urlsplit
 
-from browser import choose, find_browser, open_tab
+from browser import choose, click, find_browser, open_tab
+import numpy as np
 import pytest
 
 from billiard_shot import machine_code, plan, Scene
@@ -48,12 +50,12 @@ def live():
     yield from served(page_of_scene(SCENE, planner=True))
 
 
-def served(page):
+def served(page, port=0):
     told = SimpleQueue()
 
     async def serve():
         told.put((asyncio.get_running_loop(), asyncio.current_task()))
-        await plan_server.serve(SCENE, page, 0, told.put)
+        await plan_server.serve(SCENE, page, port, told.put)
 
     def run():
         with suppress(asyncio.CancelledError), asyncio.Runner() as runner:
@@ -143,6 +145,28 @@ def test_a_plan_is_for_the_state_of_the_page(address, monkeypatch):
 def test_a_request_that_makes_no_sense_is_told_why(address, request_, why):
     (line,) = lines_of(address, request_)
     assert why in line['refused']
+
+
+@pytest.mark.parametrize(
+    ('body', 'why'),
+    [
+        ('{"state": {', 'Expecting'),
+        ('"x"', 'a request must have state and target'),
+        ('{"target": {"pot": "8"}}', 'a request must have state and target'),
+        ('{"state": {}}', 'a request must have state and target'),
+        ('{"state": [], "target": {}}', 'state must be an object, got []'),
+        ('{"state": {"effects": [7]}, "target": {}}', 'state.effects must be a list of names'),
+        ('{"state": {"noise": {"a": "x"}}, "target": {}}', 'state.noise must have a number'),
+        ('{"state": {"parameters": []}, "target": {}}', 'state.parameters must have a number'),
+    ],
+)
+def test_a_request_without_the_form_of_one_is_answered_by_400(address, body, why):
+    with connection(address) as asking:
+        headers = {'Origin': origin_of(address)}
+        asking.request('POST', f'{urlsplit(address).path}plan', body, headers)
+        answer = asking.getresponse()
+        assert answer.status == 400
+        assert why in answer.read().decode()
 
 
 def test_a_search_that_fails_says_why(address, monkeypatch):
@@ -260,6 +284,19 @@ def test_the_token_is_needed(address, path):
             assert b'the page' not in answer.read()
 
 
+def test_the_usual_port_is_not_named(monkeypatch):
+    with socket.create_server(('127.0.0.1', 0)) as free:
+        port = free.getsockname()[1]
+    monkeypatch.setattr(plan_server, 'USUAL_PORT', port)
+    server = served('the page', port)
+    address = next(server)
+    assert address.startswith('http://127.0.0.1/')
+    with closing(HTTPConnection('127.0.0.1', port, timeout=PATIENCE)) as asking:
+        asking.request('GET', urlsplit(address).path, headers={'Host': '127.0.0.1'})
+        assert asking.getresponse().read() == b'the page'
+    next(server, None)
+
+
 def test_each_start_has_another_token(address):
     others = served('')
     assert urlsplit(next(others)).path != urlsplit(address).path
@@ -372,6 +409,39 @@ def test_plans_are_tried_and_changed_in_the_page(browser, live, monkeypatch):
     assert browser.messages == []
     origin = origin_of(live)
     assert all(url.startswith((origin, 'blob:', 'data:')) for url in browser.requests)
+
+
+@needs_browser
+@pytest.mark.parametrize(
+    ('goal', 'places'),
+    [('rest', [(0.3, 0.2)]), ('pass', [(0.3, 0.2)]), ('gate', [(0.2, -0.1), (0.2, 0.1)])],
+)
+def test_places_of_a_goal_are_clicked(browser, live, monkeypatch, goal, places):
+    asked = []
+
+    def note(scene, target, noise, **options):
+        asked.append(target)
+        raise ValueError('noted')
+
+    monkeypatch.setattr(plan_server, 'plan', note)
+    opened(browser, live)
+    choose(browser, 'goal', goal)
+    press_search(browser)
+    browser.wait_for(f"{SAID} === 'noted'")
+    assert asked.pop() == {goal: []}
+    height = SCENE.ball.radius
+    for place in [(-0.9, 0.4), *places]:  # only the last ones count
+        click(browser, *browser.run(f'view.project([{place[0]}, {place[1]}, {height}])')[:2])
+    assert browser.run('view.followed') is None
+    press_search(browser)
+    browser.wait_for(f"{SAID} === 'noted'")
+    browser.wait_for("document.getElementById('search').textContent === 'Plan'")
+    ((name, found),) = asked.pop().items()
+    assert name == goal
+    expected = places if goal == 'gate' else places[0]
+    within = 0.005  # m: pointers are on whole pixels
+    assert np.array(found) == pytest.approx(np.array(expected), abs=within)
+    assert browser.messages == []
 
 
 @needs_browser

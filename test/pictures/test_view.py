@@ -27,7 +27,7 @@ needs_browser = pytest.mark.skipif(find_browser() is None, reason='needs Chromiu
 def test_no_text_ends_the_script():
     page = page_of(COMBINATION, '</script><b>&')
     assert page.count('</script>') == page_of(COMBINATION, 'x').count('</script>')
-    assert '<title>&lt;/script>&lt;b>&amp;</title>' in page
+    assert '<title>&lt;/script&gt;&lt;b&gt;&amp;</title>' in page
     assert '<!-- ' not in page
 
 
@@ -176,6 +176,20 @@ def test_balls_are_drawn_where_they_are(page, tmp_path):
         cloth = np.array(gone.getpixel((int(x), int(y))))
         assert (ball[:, 0] > 120).all()  # white or red
         assert cloth[1] > 1.5 * cloth[0]  # green
+
+
+@needs_browser
+@pytest.mark.parametrize(('scheme', 'bright'), [('light', True), ('dark', False)])
+def test_the_room_around_the_table_is_bright_by_day(browser, tmp_path, scheme, bright):
+    image = pytest.importorskip('PIL.Image', reason='needs Pillow')
+    feature = {'name': 'prefers-color-scheme', 'value': scheme}
+    browser.call('Emulation.setEmulatedMedia', features=[feature])
+    opened(browser, tmp_path / 'shot.html', page_of(COMBINATION))
+    browser.screenshot(tmp_path / 'shot.png')
+    browser.call('Emulation.setEmulatedMedia', features=[])
+    corner = image.open(tmp_path / 'shot.png').convert('RGB').getpixel((4, 4))
+    assert (np.array(corner) > 128).all() == bright
+    assert min(corner) > 8  # it is not black
 
 
 @needs_browser

@@ -16,6 +16,7 @@ from rclpy.exceptions import ParameterException
 from rclpy.parameter import Parameter
 
 from billiard_shot import Status
+from billiard_shot.cue.alignment import Alignment
 from billiard_shot.cue.execution import Settings
 from billiard_shot.cue.simulated import Faults, Imperfections
 from billiard_shot.perception.tracker import TrackerSettings
@@ -52,7 +53,7 @@ PARAMETERS = {
     'cue_driver': [CueDriverParameters, Settings],
     'cue_model': [CueModelParameters],
     'cue_sim': [CueSimParameters, Imperfections, Faults],
-    'table_sim': [TableSimParameters, CameraErrors],
+    'table_sim': [TableSimParameters, CameraErrors, Alignment],
     'table_display': [TableDisplayParameters],
     'table_tracker': [TableTrackerParameters, TrackerSettings],
 }
@@ -103,7 +104,7 @@ def test_what_only_the_start_decides():
     for node, settable in {
         'cue_model': set(),
         'cue_sim': {*asdict(Faults())},
-        'table_sim': {'frame', *asdict(CameraErrors())},
+        'table_sim': {'frame', *asdict(CameraErrors()), *asdict(Alignment())},
         'table_tracker': {'frame'},
     }.items():
         names = {name for kind in PARAMETERS[node] for name in asdict(kind())}

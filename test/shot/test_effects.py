@@ -142,7 +142,7 @@ def test_gates_want_the_same_whether_forced_or_not(name):
     draw = np.random.default_rng(NAMES.index(name))
     for _ in range(60):
         scene, stroke = random_scene(draw), random_stroke(draw)
-        free = effect(predict(scene, stroke), name)
+        free = effect(predict(wishing(scene, **{name: 'auto'}), stroke), name)
         off = predict(wishing(scene, **{name: 'off'}), stroke)
         assert effect(off, name).called_for == free.called_for == free.simulated
         assert not effect(off, name).simulated
@@ -154,12 +154,12 @@ def test_what_is_forced_off_is_reported(name):
     report = effect(shot, name)
     assert (report.simulated, report.called_for) == (False, True)
     assert report.reason.startswith('the scene turns it off; it would be simulated: ')
-    assert effect(predict(POOL, BUSY), name).simulated
+    assert effect(predict(wishing(POOL, **{name: 'auto'}), BUSY), name).simulated
 
 
 @pytest.mark.parametrize('name', OF_ONE_BALL)
 def test_what_is_forced_off_changes_the_shot(name):
-    free, off = predict(POOL, BUSY), predict(wishing(POOL, **{name: 'off'}), BUSY)
+    free, off = (predict(wishing(POOL, **{name: how}), BUSY) for how in ('auto', 'off'))
     strike = NAMES.index(name) < NAMES.index('flight')
     assert np.allclose(free.velocity, off.velocity, atol=1e-12) != strike
     assert (off.status == Status.NEVER_RESTS) == (name in ('roll', 'spin_decay'))

@@ -1,9 +1,12 @@
-"""`billiard-shot calibrate errors`: the errors of a player, from measured strokes."""
+"""`billiard-shot calibrate errors`: the errors of a player, from measured or watched strokes."""
 
 import argparse
 from pathlib import Path
 
+import numpy as np
+
 from billiard_shot.calibration.errors import errors_of
+from billiard_shot.calibration.intentions import scale_of_errors
 from billiard_shot.calibration.strokes_csv import read_errors
 from billiard_shot.cli.calibrate.table import ESTIMATES, row_of
 from billiard_shot.cli.exit_codes import DONE
@@ -16,15 +19,22 @@ COLUMNS = tuple(column for column in ESTIMATES if column.key != 'shots')
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add options for strokes, scene and output."""
     parser.add_argument(
-        'strokes',
+        'files',
+        nargs='+',
         type=Path,
         metavar='STROKES.csv',
         help='commanded and measured strokes, with columns such as speed,measured_speed; also '
         'a, b (ball radii), elevation_deg, azimuth_deg',
     )
     parser.add_argument(
+        '--watched',
+        action='store_true',
+        help='the files are recordings of shots whose intention is not known: estimate the scale '
+        'of the errors of the scene',
+    )
+    parser.add_argument(
         '--scene',
-        default='pool',
+        default='pool_table',
         metavar='SCENE',
         help='scene that gets these errors as its section noise (default: %(default)s)',
     )
@@ -35,7 +45,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Estimate, print and write; ValueError for a file that makes no sense."""
     scene = Scene.load(options.scene)
-    result = errors_of(scene, read_errors(options.strokes, scene.ball.radius))
+    if options.watched:
+        result = scale_of_errors(scene, options.files)
+    else:
+        errors = [read_errors(path, scene.ball.radius) for path in options.files]
+        result = errors_of(scene, np.concatenate(errors))
     print_rows(COLUMNS, [row_of(each) for each in result.estimates], options)
     if wants_text(options):
         print('', *result.about, sep='\n')

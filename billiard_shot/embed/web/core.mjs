@@ -175,6 +175,12 @@ class Call {
   }
 }
 
+const isGone = ({ motion }) => motion === 'POCKETED' || motion === 'OFF_TABLE';
+
+/** Whether a ball ends as a target wants it, and the cue ball on the table. */
+const isReached = ({ pocket }, ball, cue) =>
+  ball.motion === 'POCKETED' && [undefined, ball.pocket].includes(pocket) && !isGone(cue);
+
 /** A shot that was played. */
 class Shot {
   #record; // segments, events and who takes part in them
@@ -193,6 +199,11 @@ class Shot {
     });
     // how each ball ends
     this.balls = Object.fromEntries(ends.filter(([, { motion }]) => motion !== 'ABSENT'));
+  }
+
+  /** Whether the shot reaches a target. @param {Target} target */
+  reaches(target) {
+    return isReached(target, this.balls[target.ball], this.balls[this.scene.names[0]]);
   }
 
   /** Segments of each ball in the order of time. */
@@ -237,30 +248,29 @@ class Shot {
 
 /** How strokes end; see `Table.sample`. */
 class Sample {
-  constructor({ scene, constants }, count, ends) {
-    Object.assign(this, { scene, constants, count, ends });
+  constructor({ scene, meanings }, count, ends) {
+    Object.assign(this, { scene, meanings, count, ends });
   }
 
-  /** How a ball ends in each stroke: x, y [m], motion, pocket. */
+  /** How a ball ends in each stroke: `position` (x, y) [m], `motion` and `pocket`. */
   ball(name) {
-    const [i, row] = [this.scene.names.indexOf(name), END * this.scene.names.length];
-    const end = (k) => this.ends.subarray(k * row + END * i, k * row + END * (i + 1));
-    return Array.from({ length: this.count }, (_, k) => end(k));
+    const { names, pockets } = this.scene;
+    return Array.from({ length: this.count }, (_, k) => {
+      const at = END * (k * names.length + names.indexOf(name));
+      const [x, y, motion, pocket] = this.ends.subarray(at, at + END);
+      return { position: [x, y], motion: this.meanings.Motion[motion], pocket: pockets[pocket] };
+    });
   }
 
-  /** Places where a ball rests. */
+  /** Places (x, y) where a ball rests [m]. */
   rests(name) {
-    const { POCKETED, OFF_TABLE } = this.constants.Motion;
-    return this.ball(name).filter(([, , motion]) => ![POCKETED, OFF_TABLE].includes(motion));
+    return this.ball(name).filter((end) => !isGone(end)).map(({ position }) => position);
   }
 
   /** The share of strokes that reach a target, with its 95 % interval. @param {Target} target */
   chance(target) {
-    const { POCKETED, OFF_TABLE } = this.constants.Motion;
-    const wanted = this.scene.pockets.indexOf(target.pocket); // -1: any
     const cue = this.ball(this.scene.names[0]);
-    const reached = this.ball(target.ball).filter(([, , motion, pocket], k) => motion === POCKETED
-      && [-1, pocket].includes(wanted) && ![POCKETED, OFF_TABLE].includes(cue[k][2]));
+    const reached = this.ball(target.ball).filter((ball, k) => isReached(target, ball, cue[k]));
     const [n, chance] = [this.count, reached.length / this.count];
     // E. B. Wilson, J. Am. Stat. Assoc. 22, 1927
     const square = Z95 ** 2 / n;

@@ -2,11 +2,11 @@
 
 const KEPT_COLOURS = ['#56b4e9', '#cc79a7'];
 const KEPT_NAMES = ['A', 'B'];
+const MOST_KEPT = KEPT_NAMES.length;
 let keptShots = []; // what is shown of them
 
 function keepShot() {
-  const { balls, stroke, effects, parameters } = state;
-  change({ kept: [...state.kept, { balls, stroke, effects, parameters }].slice(-KEPT_COLOURS.length) });
+  change({ kept: [...state.kept, fieldsOf(state, SHOT)].slice(-MOST_KEPT) });
 }
 
 function showKept() {

@@ -33,7 +33,7 @@ function tableFor({ effects, parameters }) {
 }
 
 function sceneWith(effects, parameters) {
-  const play = structuredClone(data.scene.entries.play_tables);
+  const { play_tables: play, ...others } = structuredClone(data.scene.entries);
   const put = (path, value) => {
     path.slice(0, -1).reduce((place, key) => place[key], play)[path.at(-1)] = value;
   };
@@ -43,7 +43,11 @@ function sceneWith(effects, parameters) {
   for (const [name, { change: entries }] of Object.entries(data.equipment.effects)) {
     if (effects.includes(name)) entries.forEach(([path, value]) => put(path, value));
   }
-  return { ...data.scene, entries: { ...data.scene.entries, play_tables: play } };
+  if (others.find_direct_shots) { // on the same cloth; pockets open as wide as before
+    const { params, numbers } = play.layout;
+    Object.assign(others.find_direct_shots.layout, { params, numbers });
+  }
+  return { ...data.scene, entries: { play_tables: play, ...others } };
 }
 
 /** The stroke at the lowest elevation from `level` on at which nothing is in the way of the cue. */

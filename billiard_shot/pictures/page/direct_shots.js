@@ -3,7 +3,7 @@
 const MOST_LISTED = 40;
 
 function directShots(balls) {
-  const found = data.scene.pockets.length ? tableFor({ effects: [], parameters: {} }).shots(balls) : [];
+  const found = data.scene.pockets.length ? tableFor(state).shots(balls) : [];
   return found.sort((a, b) => b.chance - a.chance);
 }
 

@@ -5,18 +5,16 @@ function beginDrill() {
   if (target) change({ drill: { tries: 0, successes: 0 }, target });
 }
 
-/** Play the stroke with errors; count whether the ball falls, and the cue ball does not. */
+/** Play the stroke with errors; count whether it reaches the target. */
 function tryDrill() {
-  const { drill, target: { ball, pocket } } = state;
+  const { drill, target } = state;
   const table = tableFor(state);
   // another seed for each try, so that a link brings the same tries back
   const [stroke] = table.drawn(offsetsOf(state.stroke), state.noise, 1, SEED + 1 + drill.tries);
   stroke.elevation = clamp(stroke.elevation, 0, Math.PI / 2);
   stroke.azimuth = turned(stroke.azimuth);
-  const { balls, refused } = table.shoot(state.balls, stroke);
-  const potted = !refused && balls[ball].motion === 'POCKETED' && (!pocket || balls[ball].pocket === pocket)
-    && !['POCKETED', 'OFF_TABLE'].includes(balls.cue.motion);
-  change({ played: stroke, drill: { tries: drill.tries + 1, successes: drill.successes + potted } });
+  const successes = drill.successes + table.shoot(state.balls, stroke).reaches(target);
+  change({ played: stroke, drill: { tries: drill.tries + 1, successes } });
   play(true);
 }
 

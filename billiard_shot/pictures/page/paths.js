@@ -37,9 +37,11 @@ const atRest = (place) => {
 
 const isEndless = (segments) => !STILL.includes(segments.at(-1).motion);
 
+/** Whether balls meet in an event. */
+const isMeeting = ({ kind }) => kind === 'ball' || kind === 'cluster';
+
 /** The ball that the cue ball meets first, and when; undefined if it meets none. */
-const firstContact = ({ events }) => events.find(({ kind, balls }) =>
-  (kind === 'ball' || kind === 'cluster') && balls[0] === 'cue');
+const firstContact = ({ events }) => events.find((event) => isMeeting(event) && event.balls[0] === 'cue');
 
 // No two balls share a colour. If more move than there are colours, only the cue ball, the ball that it
 // meets first and those that leave the table have one.
@@ -99,5 +101,5 @@ function circle([x, y], radius) {
 
 /** Where the cue ball is as it meets other balls. */
 const ghostsOf = (shown) => shown.events
-  .filter(({ kind, balls }) => (kind === 'ball' || kind === 'cluster') && balls.includes('cue'))
+  .filter((event) => isMeeting(event) && event.balls.includes('cue'))
   .map(({ time }) => stateAt(shown.balls[0].segments, time).position);

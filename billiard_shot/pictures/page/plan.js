@@ -1,6 +1,16 @@
 // Plans of the server, if it has a planner: strokes that reach a target, as the search finds them.
 
-const GOALS = [['Pot', 'pot'], ['Hit first', 'hit'], ['Play safe on', 'safe'], ['Break with', 'break']];
+const GOALS = [
+  ['Pot', 'pot'], ['Hit first', 'hit'], ['Play safe on', 'safe'], ['Break with', 'break'],
+  ['Stop at', 'rest'], ['Pass through', 'pass'], ['Pass between', 'gate'],
+];
+const CLICKS = { // what to click for goals that are places of the cue ball
+  rest: 'Click the cloth where the cue ball is to stop.',
+  pass: 'Click a place that the cue ball is to pass through.',
+  gate: 'Click two places that the cue ball is to pass between.',
+};
+const AROUND = { rest: 0.1, pass: 0.02 }; // m by which the planner lets the cue ball be off
+let marked = []; // places that were clicked
 let search = null; // what cancels the one that runs
 
 function fillPlanner() {
@@ -9,19 +19,44 @@ function fillPlanner() {
   fill('goal', GOALS);
   fill('goal-ball', [['any ball', 'any'], ...places(data.scene.names.slice(1))]);
   fill('goal-pocket', [['any pocket', 'any'], ...places([...data.scene.pockets])]);
-  element('goal').addEventListener('change', () => {
-    element('goal-pocket').hidden = element('goal').value !== 'pot';
+  element('goal').addEventListener('change', ({ target: { value: goal } }) => {
+    element('goal-pocket').hidden = goal !== 'pot';
+    element('goal-ball').hidden = goal in CLICKS;
+    element('planned').textContent = CLICKS[goal] ?? '';
+    mark([]);
   });
   element('search').addEventListener('click', () => (search ? search.abort() : plan()));
 }
 
+function mark(places) {
+  const goal = element('goal').value;
+  marked = places.slice(goal === 'gate' ? -2 : -1);
+  const lines = goal === 'gate' ? [{ points: marked.flatMap(([x, y]) => [x, y, 0]), motion: 'ROLL' }]
+    : marked.map((place) => circle(place, AROUND[goal]));
+  renderer?.setLines('goal', pointsOfLines(lines, goal === 'gate' ? LIFT : LIFT - data.scene.radius));
+  draw();
+}
+
+/** Take a click for a place of the goal, if the goal has places. */
+function takeClick(x, y) {
+  const isTaken = tab === 'plan' && element('goal').value in CLICKS;
+  if (isTaken) mark([...marked, placeAt(x, y, data.scene.radius).slice(0, 2)]);
+  return isTaken;
+}
+
+function goalNow() {
+  const [goal, ball, pocket] = ['goal', 'goal-ball', 'goal-pocket'].map((id) => element(id).value);
+  if (!(goal in CLICKS)) return { [goal]: ball, ...(goal === 'pot' && { pocket }) };
+  return { [goal]: goal === 'gate' ? marked : marked[0] ?? [] };
+}
+
 /** Ask for a plan, and show the strokes of each line of the answer. */
 async function plan() {
-  const [goal, ball, pocket] = ['goal', 'goal-ball', 'goal-pocket'].map((id) => element(id).value);
-  const { balls, effects, parameters } = state;
-  const known = goal === 'pot' && ball !== 'any';
+  const [goal, { balls, effects, parameters }] = [goalNow(), state];
+  const { pot: ball, pocket } = goal;
+  const known = ball && ball !== 'any';
   const start = { balls, effects, parameters, target: known ? { ball, ...(pocket !== 'any' && { pocket }) } : null };
-  const request = { state: publicState(), target: { [goal]: ball, ...(goal === 'pot' && { pocket }) } };
+  const request = { state: publicState(), target: goal };
   search = new AbortController();
   element('search').textContent = 'Cancel';
   element('plans').replaceChildren();

@@ -133,9 +133,10 @@ function drawNow() {
     opacity: followed !== null && followed !== i ? FAINT : 1,
   })) : [];
   const ring = { name: 'ring', colour: '#f0e442', width: 2.4, opacity: editable() && !playing ? 1 : 0 };
+  const goal = { name: 'goal', colour: '#f0e442', width: 2.4, opacity: tab === 'plan' ? 1 : 0 };
   const view = cameraNow();
   const others = paths ? keptLines() : [];
-  renderer.draw(view, balls, shownCue(shown, time), [...others, ...lines, ring], paths ? clouds() : []);
+  renderer.draw(view, balls, shownCue(shown, time), [...others, ...lines, ring, goal], paths ? clouds() : []);
   placeLabels(balls, view);
 }
 

@@ -77,7 +77,8 @@ function listenToPointer() {
   });
   canvas.addEventListener('pointerup', (event) => {
     fingers.delete(event.pointerId);
-    if (pressed) follow(ballAt(event.clientX, event.clientY));
+    const [x, y] = [event.clientX, event.clientY];
+    if (pressed && !takeClick(x, y)) follow(ballAt(x, y));
     [pressed, held] = [null, null];
     endOfDrag();
   });

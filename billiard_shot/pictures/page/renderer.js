@@ -14,9 +14,7 @@ class Renderer {
     const { gl } = this;
     gl.enable(gl.DEPTH_TEST);
     gl.enable(gl.BLEND);
-    const shaders = {
-      solid: SOLID, room: ROOM, copy: COPY, shadow: SHADOW, line: LINE, dot: DOT, ball: BALL,
-    };
+    const shaders = { solid: SOLID, copy: COPY, shadow: SHADOW, line: LINE, dot: DOT, ball: BALL };
     const begun = Object.entries(shaders).map(([name, shader]) => [name, this.program(shader)]);
     this.programs = Object.fromEntries(begun.map(([name, given]) => [name, this.linked(given)]));
     const solid = [3, 3, 3, 1];
@@ -28,7 +26,7 @@ class Renderer {
     this.looks = data.balls.map(lookOf);
     this.numbers = this.numberTexture();
     const two = (what) => [gl[`create${what}`](), gl[`create${what}`]()];
-    this.still = { frames: two('Framebuffer'), pictures: two('Texture'), parts: [] };
+    this.still = { key: '', frames: two('Framebuffer'), pictures: two('Texture'), parts: [] };
     this.asked = null; // signals that a picture is drawn
     this.readRoom();
   }
@@ -37,7 +35,6 @@ class Renderer {
   readRoom() {
     const style = getComputedStyle(document.documentElement);
     this.room = ROOM_COLOURS.flatMap((name) => shadeOf(style.getPropertyValue(name).trim()));
-    this.still.key = '';
   }
 
   /** Begin to compile a program: browsers compile several at a time. */
@@ -206,20 +203,6 @@ class Renderer {
     for (const part of [gl.COLOR_BUFFER_BIT, gl.DEPTH_BUFFER_BIT]) {
       gl.blitFramebuffer(0, 0, width, height, 0, 0, width, height, part, gl.NEAREST);
     }
-    gl.bindFramebuffer(gl.FRAMEBUFFER, copied);
-    this.drawRoom();
-  }
-
-  /** Draw the room behind all that is drawn. */
-  drawRoom() {
-    const { gl, programs: { room: { program, places } } } = this;
-    gl.disable(gl.DEPTH_TEST);
-    gl.blendFunc(gl.ONE_MINUS_DST_ALPHA, gl.ONE);
-    gl.useProgram(program);
-    gl.uniform3fv(places.colours, this.room);
-    this.strip(1);
-    gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
-    gl.enable(gl.DEPTH_TEST);
   }
 
   /** Whether all that was asked for is drawn. */
@@ -256,7 +239,7 @@ class Renderer {
 
   copyStill() {
     const { gl, still, programs: { copy: { program, places } } } = this;
-    gl.clear(gl.DEPTH_BUFFER_BIT);
+    gl.depthFunc(gl.ALWAYS);
     gl.disable(gl.BLEND);
     gl.useProgram(program);
     still.pictures.forEach((picture, i) => {
@@ -265,8 +248,10 @@ class Renderer {
       gl.uniform1i(i ? places.depth : places.picture, i);
     });
     gl.activeTexture(gl.TEXTURE0);
+    gl.uniform3fv(places.room, this.room);
     this.strip(1);
     gl.enable(gl.BLEND);
+    gl.depthFunc(gl.LESS);
   }
 
   // ---- what moves ----

@@ -297,38 +297,27 @@ const SHADOW = {
     }`,
 };
 
-// All of a picture, from (0, 0) to (1, 1).
-const WHOLE = `#version 300 es
-  out vec2 at;
-  void main() {
-    at = vec2(gl_VertexID % 2, gl_VertexID / 2);
-    gl_Position = vec4(at * 2.0 - 1.0, 0.0, 1.0);
-  }`;
-
-const ROOM = { // the light of the lamp around the table
-  vertex: WHOLE,
-  fragment: `#version 300 es
-    precision highp float;
-    in vec2 at;
-    uniform vec3 colours[3]; // in the middle, half way, at the farthest corner
-    out vec4 colour;
+const COPY = { // a picture with how deep everything in it is, and the room around it
+  vertex: `#version 300 es
+    out vec2 at;
     void main() {
-      float far = 2.0 * length((at - vec2(0.45, 0.6)) / (1.414 * vec2(0.55, 0.6)));
-      vec3 inner = mix(colours[0], colours[1], min(far, 1.0));
-      colour = vec4(mix(inner, colours[2], max(far - 1.0, 0.0)), 1.0);
+      at = vec2(gl_VertexID % 2, gl_VertexID / 2);
+      gl_Position = vec4(at * 2.0 - 1.0, 0.0, 1.0);
     }`,
-};
-
-const COPY = { // a picture, and how deep everything in it is
-  vertex: WHOLE,
   fragment: `#version 300 es
     precision highp float;
     in vec2 at;
     uniform sampler2D picture;
     uniform highp sampler2D depth;
+    uniform vec3 room[3];    // its colour in the middle, half way, at the farthest corner
     out vec4 colour;
     void main() {
       colour = texture(picture, at);
+      if (colour.a < 1.0) {
+        float far = 2.0 * length((at - vec2(0.45, 0.6)) / (1.414 * vec2(0.55, 0.6)));
+        vec3 inner = mix(room[0], room[1], min(far, 1.0));
+        colour += (1.0 - colour.a) * vec4(mix(inner, room[2], max(far - 1.0, 0.0)), 1.0);
+      }
       gl_FragDepth = texture(depth, at).r;
     }`,
 };

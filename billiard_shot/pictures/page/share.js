@@ -1,15 +1,28 @@
 // The state in the address of the page, and as text for files and for other programs.
 
-const LINKED = ['balls', 'stroke', 'level', 'noise', 'effects', 'parameters', 'target', 'units', 'drill'];
+const SHOT = ['balls', 'stroke', 'effects', 'parameters']; // all that a shot depends on
+const LINKED = [...SHOT, 'level', 'noise', 'target', 'units', 'drill', 'kept'];
 const LONGEST = 2000; // characters of a link's fragment
 let initial = null; // the state that a page begins with
 
 const fieldsOf = (given, names) => Object.fromEntries(names.map((name) => [name, given[name]]));
 
-/** The fragment of an address that brings the state back: what differs from the beginning. */
+/** Fields of these names that differ from those of another. */
+const changedFields = (given, other, names) => fieldsOf(given, names.filter(
+  (name) => JSON.stringify(given[name]) !== JSON.stringify(other[name])));
+
+/**
+ * The fragment of an address that brings the state back: what differs from the beginning. Shots that
+ * are kept are left out if they do not fit in.
+ */
 function linkOf(given) {
-  const isChanged = (name) => JSON.stringify(given[name]) !== JSON.stringify(initial[name]);
-  const changed = fieldsOf(given, LINKED.filter(isChanged));
+  const kept = given.kept.map((each) => changedFields(each, given, SHOT));
+  const whole = packed({ ...given, kept });
+  return whole.length <= LONGEST ? whole : packed({ ...given, kept: [] });
+}
+
+function packed(given) {
+  const changed = changedFields(given, initial, LINKED);
   if (!Object.keys(changed).length) return '';
   const bytes = new TextEncoder().encode(JSON.stringify(changed));
   return btoa(String.fromCharCode(...bytes)).replaceAll('+', '-').replaceAll('/', '_').replaceAll('=', '');
@@ -25,25 +38,32 @@ function readLink(fragment) {
 /** Fields of a state that came from elsewhere; throws if one makes no sense. */
 function acceptable(given) {
   const taken = fieldsOf(given, LINKED.filter((name) => Object.hasOwn(given, name)));
-  const next = { ...state, ...taken };
+  const next = { ...state, kept: [], ...taken };
   const must = (good, what) => {
     if (!good) throw new RangeError(`${what} makes no sense`);
   };
   const isObject = (value) => typeof value === 'object' && value !== null && !Array.isArray(value);
   const finite = (value) => typeof value === 'number' && Number.isFinite(value);
   const table = tableFor({ effects: [], parameters: {} });
-  for (const name of ['balls', 'stroke', 'noise', 'parameters']) must(isObject(next[name]), name);
-  must(Object.values(next.balls).every(Array.isArray), 'balls');
-  table.check(next.balls, next.stroke);
-  table.checkNoise(next.noise);
-  OFFSETS.forEach((name) => must(finite(next.stroke[name]), `stroke.${name}`));
-  must(finite(next.level) && next.level >= 0 && next.level <= Math.PI / 2, 'level');
   const isEffect = (name) => Object.hasOwn(data.equipment.effects, name);
-  must(Array.isArray(next.effects) && next.effects.every(isEffect), 'effects');
-  for (const [name, value] of Object.entries(next.parameters)) {
-    const known = data.equipment.parameters.find((each) => each.name === name);
-    must(known && finite(value) && value >= known.range[0] && value <= known.range[1], name);
-  }
+  const checkShot = (shot) => {
+    for (const name of ['balls', 'stroke', 'parameters']) must(isObject(shot[name]), name);
+    must(Object.values(shot.balls).every(Array.isArray), 'balls');
+    table.check(shot.balls, shot.stroke);
+    OFFSETS.forEach((name) => must(finite(shot.stroke[name]), `stroke.${name}`));
+    must(Array.isArray(shot.effects) && shot.effects.every(isEffect), 'effects');
+    for (const [name, value] of Object.entries(shot.parameters)) {
+      const known = data.equipment.parameters.find((each) => each.name === name);
+      must(known && finite(value) && value >= known.range[0] && value <= known.range[1], name);
+    }
+  };
+  checkShot(next);
+  must(Array.isArray(next.kept) && next.kept.length <= MOST_KEPT && next.kept.every(isObject), 'kept');
+  const kept = next.kept.map((each) => fieldsOf({ ...next, ...each }, SHOT));
+  kept.forEach(checkShot);
+  must(isObject(next.noise), 'noise');
+  table.checkNoise(next.noise);
+  must(finite(next.level) && next.level >= 0 && next.level <= Math.PI / 2, 'level');
   if (next.target !== null) {
     must(isObject(next.target) && Object.hasOwn(next.balls, next.target.ball), 'target');
     must([undefined, ...data.scene.pockets].includes(next.target.pocket), 'target');
@@ -52,7 +72,7 @@ function acceptable(given) {
   const { drill } = next;
   const isCounted = isObject(drill) && Number.isInteger(drill.tries) && Number.isInteger(drill.successes);
   must(drill === null || (isCounted && next.target), 'drill');
-  return taken;
+  return 'kept' in taken ? { ...taken, kept } : taken;
 }
 
 const writeLink = afterQuiet(400, () => {

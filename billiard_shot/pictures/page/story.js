@@ -70,8 +70,8 @@ function whyMissed(shown, target) {
     const other = target.pocket && fallen.place !== target.pocket;
     return other ? `${ball} falls into ${placeInWords(fallen.place)}, not ${pocket}` : '';
   }
-  const of = ({ kind, balls }, kinds) => kinds.includes(kind) && balls.includes(target.ball);
-  const meets = shown.events.find((event) => of(event, ['ball', 'cluster']));
+  const ofBall = shown.events.filter(({ balls }) => balls.includes(target.ball));
+  const meets = ofBall.find(isMeeting);
   if (!meets) return `${ball} is not hit`;
   if (!target.pocket) return '';
   const hole = data.table.holes[data.scene.pockets.indexOf(target.pocket)];
@@ -87,8 +87,8 @@ function whyMissed(shown, target) {
     const thrown = angleBetween(add(position, cue, -1), velocity);
     reasons.push(`throw turns it ${told(thrown)} to the ${side(thrown)}`);
   }
-  const next = shown.events.find((event) => event.time > meets.time + 1e-9
-    && of(event, ['ball', 'cluster', 'cushion', 'rest', 'off']));
+  const next = ofBall.find((event) => event.time > meets.time + 1e-9
+    && (isMeeting(event) || ['cushion', 'rest', 'off'].includes(event.kind)));
   if (next?.kind === 'rest') {
     const gone = add(stateAt(segments, next.time).position, position, -1);
     const far = (vector) => inUnits(Math.hypot(vector[0], vector[1]), 'length');

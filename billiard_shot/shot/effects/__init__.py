@@ -6,7 +6,14 @@ from typing import Any
 from billiard_shot.scene import Scene
 from billiard_shot.shot.effects.context import ShotContext
 from billiard_shot.shot.effects.friction import TableFriction, TipFriction
-from billiard_shot.shot.effects.strike import DoubleHit, EndMass, Shaft, TableContact, TipCurvature
+from billiard_shot.shot.effects.strike import (
+    DoubleHit,
+    EndMass,
+    Shaft,
+    TableContact,
+    TipCurvature,
+    TipSpring,
+)
 from billiard_shot.shot.strike_model import strike_model, StrikeModel
 from billiard_shot.table.effects import (
     apply_overrides,
@@ -28,6 +35,7 @@ STRIKE_GATES: tuple[EffectGate[ShotContext], ...] = (
     TipFriction(),
     TableFriction(),
     Shaft(),
+    TipSpring(),
     EndMass(),
     TipCurvature(),
     DoubleHit(),

@@ -4,7 +4,7 @@ import math
 from typing import ClassVar
 
 from billiard_shot.shot.effects.context import ShotContext
-from billiard_shot.table.cue_impact import CLOTH_CONTACT
+from billiard_shot.table.cue_impact import CLOTH_CONTACT, TIP_CONTACT
 from billiard_shot.table.effects import EffectGate, GateDecision, OFF
 from billiard_shot.table.words import moment_in_words
 
@@ -53,6 +53,25 @@ class Shaft(EffectGate[ShotContext]):
         if context.scene.cue.guided:
             return GateDecision(False, 'the cue is guided: its tip cannot move sideways')
         return GateDecision(True, 'the shaft pulls the tip back to the axis of the cue')
+
+
+class TipSpring(EffectGate[ShotContext]):
+    """If not off, the tip shears: a spring along its surface holds the slip at the ball."""
+
+    name = 'tip_spring'
+    condition = 'the shaft holds a tip that has friction, and would slip'
+    overrides: ClassVar = {OFF: {'tip_spring': False}}
+
+    def evaluate(self, context: ShotContext) -> GateDecision:
+        """Ask cue and law, and see whether the tip is dragged sideways."""
+        scene = context.scene
+        if scene.cue.guided or scene.effects.shaft == OFF or scene.effects.end_mass == OFF:
+            return GateDecision(False, 'no shaft holds the tip')
+        if scene.law != 'bistiffness':
+            return GateDecision(False, f'law {scene.law} has no time in which a tip shears')
+        if context.impulse(TIP_CONTACT)[1] > 0.0:
+            return GateDecision(True, 'the ball drags the tip sideways, and shears it')
+        return GateDecision(False, 'nothing shears the tip')
 
 
 class TipCurvature(EffectGate[ShotContext]):
