@@ -314,8 +314,6 @@ def as_page(racks):
             )
     lines += [
         '',
-        'Professionals break and run 41 % in eight-ball (51 of 124).',
-        '',
         '## What the parts contribute',
         '',
         'Practice with 8 balls: the same tables and errors for each row.',

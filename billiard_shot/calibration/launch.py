@@ -45,6 +45,13 @@ cue that is raised by 5 degrees turns a tenth of the side into masse.
 ERROR_STEP = 0.02
 """Step of the errors of a stroke for differences, in standard deviations."""
 
+LEAST_ERRORS = np.array([3e-3, 3e-3, 2e-3, 1e-3, 1e-2])
+"""
+Deviations of a commanded stroke, at least (ball radii, rad, m/s): strikes of scenes are not exact.
+
+Without them, launches could not follow while other numbers are far from those of the table.
+"""
+
 LEAST_PLACE_SIGMA = 0.5e-3
 """Places before the strike are known no better [m]: pictures are distorted."""
 
@@ -144,7 +151,7 @@ def _struck(scene: Scene, command: Command, errors: Floats) -> tuple[Floats, Flo
     stroke, noise = command
     # Launches that differ in the places of the balls alone have the same strike.
     different, which = np.unique(errors, axis=0, return_inverse=True)
-    away = noise.means(radius) + different * noise.sigmas(radius)
+    away = noise.means(radius) + different * np.hypot(noise.sigmas(radius), LEAST_ERRORS)
     strokes = with_errors(np.array(stroke.offsets), away)
     if stroke.axis:
         strokes[:, [A, B]] /= 1.0 + model.tip_curvature  # where the tip touches

@@ -14,7 +14,7 @@ from billiard_shot.scene import Scene, SceneLike
 from billiard_shot.scene.errors import must_be
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.scene.rack import Place
-from billiard_shot.scene.values import as_floats, whole
+from billiard_shot.scene.values import as_floats, check_type, whole
 from billiard_shot.shot.stroke import Stroke
 
 SHOTS = 40
@@ -134,6 +134,7 @@ def _shot(
 
 def _tracks(lying: Mapping[str, Place], seen: Mapping[str, ArrayLike]) -> dict[str, Track]:
     """Check what a simulator returns; begin with the places before the strike."""
+    check_type('the result of the simulator', seen, Mapping)
     tracks = {}
     for name, place in lying.items():
         if name not in seen:

@@ -7,11 +7,18 @@ import pytest
 
 from billiard_shot import predict, Scene, Stroke
 from billiard_shot.calibration.calibrate import calibrate
-from billiard_shot.calibration.launch import LEAST_PLACE_SIGMA, PLACES, prior_of, states_of
+from billiard_shot.calibration.launch import (
+    LEAST_ERRORS,
+    LEAST_PLACE_SIGMA,
+    PLACES,
+    prior_of,
+    states_of,
+)
 from billiard_shot.calibration.recording import Frame
 from billiard_shot.calibration.simulator import FASTEST, recording_of, SLOWEST
 from billiard_shot.calibration.watched import watch
 from billiard_shot.scene import Bias, Noise
+from billiard_shot.scene.player import SPEED
 
 EXACT = Noise(0.0, 0.0, 0.0, 0.0, 0.0)
 BIAS = Bias(a=1e-3, azimuth_deg=0.5)
@@ -72,7 +79,7 @@ def test_the_launch_of_a_command_is_that_of_the_stroke_with_its_errors(axis):
     launches = np.repeat(prior_of(seen)[0][np.newaxis], 6, axis=0)
     launches[range(1, 6), range(5)] += 1.0
     states = states_of(scene, frame, seen, launches)
-    sigmas = CAROM.noise.sigmas(CAROM.ball.radius)
+    sigmas = np.hypot(CAROM.noise.sigmas(CAROM.ball.radius), LEAST_ERRORS)
     biased = np.add(stroke.offsets, [1e-3 / CAROM.ball.radius, 0.0, 0.0, np.radians(0.5), 0.0])
     for row, error in enumerate(np.concatenate([np.zeros((1, 5)), np.diag(sigmas)])):
         offsets = (biased + error).tolist()
@@ -81,14 +88,14 @@ def test_the_launch_of_a_command_is_that_of_the_stroke_with_its_errors(axis):
         assert states.spin[row, 0] == pytest.approx(shot.spin, abs=1e-4)
 
 
-def test_the_errors_of_an_exact_command_do_not_count(recording):
-    seen = watch(replace(recording.shots[0], noise=EXACT))
+def test_an_exact_command_leaves_the_launch_what_strikes_of_scenes_err(recording):
+    shot = replace(recording.shots[0], noise=EXACT)
     launches = np.zeros((2, PLACES + 4))
-    launches[1, :PLACES] = 3.0
-    states = states_of(CAROM, Frame(), seen, launches)
-    assert (states.velocity[1] == states.velocity[0]).all()
-    assert seen.command.noise == EXACT
-    assert watch(replace(recording.shots[0], noise=None)).command is None
+    launches[1, SPEED] = 1.0
+    states = states_of(CAROM, Frame(), watch(shot), launches)
+    speeds = np.linalg.norm(states.velocity[:, 0], axis=-1)
+    assert speeds[1] / speeds[0] == pytest.approx(1.0 + LEAST_ERRORS[SPEED] / shot.stroke.speed)
+    assert watch(replace(shot, noise=None)).command is None
 
 
 def test_the_struck_ball_does_not_lie_elsewhere_if_the_time_of_the_strike_is_known(recording):
@@ -107,6 +114,7 @@ def test_the_struck_ball_does_not_lie_elsewhere_if_the_time_of_the_strike_is_kno
 @pytest.mark.parametrize(
     ('returned', 'said'),
     [
+        (None, 'the result of the simulator must be a Mapping, got None'),
         ({'cue': [(0.1, 0, 0)]}, r"simulator must return all balls, got \['cue'\] without 1"),
         (
             {'cue': [(0.1, 0)], '1': []},
