@@ -115,7 +115,7 @@ def states_of(scene: Scene, frame: Frame, watched: Watched, launches: Floats) ->
     radius, count = scene.ball.radius, len(watched.balls)
     position = np.full((len(launches), count, 3), radius)
     moved = watched.rest + launches[:, PLACES:].reshape(-1, count, 2)
-    position[..., :2] = _apart(scene, frame.to_table(moved))
+    position[..., :2] = apart(scene, frame.to_table(moved))
     velocity, spin = np.zeros_like(position), np.zeros_like(position)
     if watched.command is not None:
         velocity[:, 0], spin[:, 0] = _struck(scene, watched.command, launches[:, :PLACES])
@@ -195,7 +195,7 @@ def contacts_of(scene: Scene, frame: Frame, watched: Watched, launch: Floats) ->
     return np.array([event.time for event in run.events if event.kind in CONTACTS])
 
 
-def _apart(scene: Scene, places: Floats) -> Floats:
+def apart(scene: Scene, places: Floats) -> Floats:
     """Move balls (n, balls, 2) [m] out of each other, and out of the noses of a carom table."""
     diameter = 2.0 * scene.ball.radius + GAP
     count = places.shape[1]

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from billiard_shot.calibration.comparison import compare, Comparison
-from billiard_shot.calibration.launch import LEAST_PLACE_SIGMA, MAX_EVENTS
+from billiard_shot.calibration.launch import apart, LEAST_PLACE_SIGMA, MAX_EVENTS
 from billiard_shot.calibration.recording import Floats, Frame
 from billiard_shot.calibration.watched import START_SIGMA, Watched
 from billiard_shot.planning.strikes import strike_alone
@@ -93,6 +93,7 @@ class Recorded(NamedTuple):
         position = np.full((len(rows), len(watched.balls), 3), radius)
         position[..., :2] = self.frame.to_table(watched.rest)
         position[:, 0, :2] += rows[:, PLACE]
+        position[..., :2] = apart(scene, position[..., :2])
         velocity, spin = np.zeros_like(position), np.zeros_like(position)
         velocity[played, 0] = struck.velocity[played]
         spin[played, 0] = struck.surface[played] / radius

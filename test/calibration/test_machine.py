@@ -1,14 +1,22 @@
 """A machine that finds its table: intervals that hold, correction of shots, refusals."""
 
+from contextlib import redirect_stdout
 from dataclasses import replace
+import io
 import math
 
 import numpy as np
 import pytest
 
-from billiard_shot import predict, Scene, Status, Stroke
+from billiard_shot import predict, predict_batch, Scene, shots, Status, Stroke, TableStates
 from billiard_shot.calibration.csv_file import write_csv
-from billiard_shot.calibration.machine import decided, NEEDED, Strike, stroke_in
+from billiard_shot.calibration.machine_fit import (
+    check_decided,
+    decided,
+    NEEDED,
+    Strike,
+    stroke_in,
+)
 from billiard_shot.calibration.machine_strokes import Recorded, Told
 from billiard_shot.calibration.recording import Frame, RecordedShot, Recording, Track
 from billiard_shot.calibration.watched import watch
@@ -18,6 +26,7 @@ from billiard_shot.cue.alignment import Alignment
 from billiard_shot.cue.mechanism import Mechanism
 from billiard_shot.numerics.angles import wrapped
 from billiard_shot.scene import Noise
+from billiard_shot.scene.player import with_errors
 
 SCENE = Scene.load('robot_table')
 RADIUS = SCENE.ball.radius
@@ -50,9 +59,9 @@ def told_strikes(draw, count, alignment, one_direction=False):
         if one_direction:
             stroke = Stroke.from_offsets(*stroke.offsets[:2], 0.02, 0.3, stroke.speed)
         recorded = recorded_at(place, stroke)
-        played = stroke_in(recorded, alignment, SCENE)
-        played = played + ROBOT.sigmas(RADIUS) * draw.standard_normal(5)
-        found, information = played + sigma * draw.standard_normal(5), np.diag(sigma**-2)
+        real = stroke_in(recorded, alignment, SCENE)
+        real = real + ROBOT.sigmas(RADIUS) * draw.standard_normal(5)
+        found, information = real + sigma * draw.standard_normal(5), np.diag(sigma**-2)
         row = np.append(found, np.zeros(3))
         yield Strike(recorded, Told(row, information, information @ found))
 
@@ -76,7 +85,7 @@ def test_the_robots_errors_are_found_beside_those_of_the_tracks():
 def test_strikes_in_one_direction_do_not_decide_where_the_machine_stands():
     strikes = list(told_strikes(np.random.default_rng(3), 20, HIDDEN, one_direction=True))
     with pytest.raises(ValueError, match=r'strikes must decide machine_x.* only to .* m.*direct'):
-        decided(SCENE, strikes)
+        check_decided(decided(SCENE, strikes))
 
 
 def cell(draw, count, alignment):
@@ -84,9 +93,8 @@ def cell(draw, count, alignment):
     times = np.arange(-20, 48) / RATE
     half = np.array([SCENE.table.length, SCENE.table.width]) / 2
     for number, (place, stroke) in enumerate(strikes_at(draw, count)):
-        played = stroke_in(recorded_at(place, stroke), alignment, SCENE)
-        played[3] = wrapped(played[3])
-        real = ROBOT.perturb(Stroke.from_offsets(*played.tolist()), draw, RADIUS)
+        tip = Stroke.from_offsets(*played(alignment, np.array(stroke.offsets), place).tolist())
+        real = ROBOT.perturb(tip, draw, RADIUS)
         shot = predict(replace(SCENE, balls={'cue': tuple(place.tolist())}), real)
         assert shot.status == Status.OK
         path = shot.trajectory
@@ -100,17 +108,26 @@ def cell(draw, count, alignment):
 @pytest.fixture(scope='module')
 def recording(tmp_path_factory):
     path = tmp_path_factory.mktemp('cell') / 'strikes.csv'
-    shots = tuple(cell(np.random.default_rng(4), 14, HIDDEN))
-    write_csv(Recording('cell', shots), path)
-    strokes = [f'  {each.name!r}: {each.stroke.in_degrees()}' for each in shots]
+    seen = tuple(cell(np.random.default_rng(4), 14, HIDDEN))
+    write_csv(Recording('cell', seen), path)
+    strokes = [f'  {each.name!r}: {each.stroke.in_degrees()}' for each in seen]
     path.with_suffix('.yaml').write_text('\n'.join(['struck: cue', 'strokes:', *strokes]))
     return path
 
 
-def test_the_command_finds_the_offsets_of_a_cell(recording, tmp_path, capsys):
-    machine, scene = tmp_path / 'machine.yaml', tmp_path / 'mine.yaml'
+@pytest.fixture(scope='module')
+def written(recording):
+    """The files and the text that the command writes."""
+    machine, scene = (recording.with_name(name) for name in ('machine.yaml', 'mine.yaml'))
     words = ['calibrate', 'machine', str(recording), '--scene', 'robot_table']
-    assert main([*words, '-o', str(machine), '--errors', str(scene)]) == DONE
+    out = io.StringIO()
+    with redirect_stdout(out):
+        assert main([*words, '-o', str(machine), '--errors', str(scene)]) == DONE
+    return machine, scene, out.getvalue()
+
+
+def test_the_command_finds_the_offsets_of_a_cell(written):
+    machine, scene, out = written
     found = Mechanism.load(machine).alignment
     assert found.machine_x == pytest.approx(HIDDEN.machine_x, abs=6e-4)
     assert found.machine_y == pytest.approx(HIDDEN.machine_y, abs=6e-4)
@@ -118,10 +135,51 @@ def test_the_command_finds_the_offsets_of_a_cell(recording, tmp_path, capsys):
     assert found.tip_right == pytest.approx(HIDDEN.tip_right, abs=5e-4)
     assert found.speed_scale == pytest.approx(0.96, abs=0.03)
     assert Scene.load(scene).noise.a == pytest.approx(ROBOT.a, rel=1.0)
-    out = capsys.readouterr().out
     after, before = (float(out.split(text)[1].split()[0]) for text in ('median ', 'alignment: '))
     assert after < 0.3 * before  # of strikes that were held out
     assert 'The reach is not sought' in machine.read_text()
+
+
+def test_an_aligned_machine_pots_as_often_as_an_exact_one(written):
+    draw, alignment = np.random.default_rng(5), Mechanism.load(written[0]).alignment
+    pots, count = np.zeros(3), 0
+    while count < 30:
+        places = draw.uniform(-0.45, 0.45, (2, 2)) * (SCENE.table.length, SCENE.table.width)
+        lying = np.append(places, np.full((2, 1), RADIUS), axis=1)
+        direct = shots(SCENE, TableStates(('cue', '1'), lying[np.newaxis]), workers=1)
+        if np.linalg.norm(places[0] - places[1]) < 4 * RADIUS or direct.best[0] < 0.5:
+            continue
+        planned = direct.offsets[direct.chance.argmax()]
+        count += 1
+        at = replace(
+            SCENE, balls=dict(zip(('cue', '1'), map(tuple, places.tolist()), strict=True))
+        )
+        by_encoders = commanded(alignment, planned, places[0])
+        told = [planned, *(played(HIDDEN, each, places[0]) for each in (by_encoders, planned))]
+        errors = ROBOT.times(0.5).sigmas(RADIUS) * draw.standard_normal(5)
+        fallen = predict_batch(at, offsets=with_errors(np.array(told), errors)).pocketed
+        pots += ['1' in each for each in fallen]
+    exact, aligned, skew = pots
+    assert skew < 0.3 * exact
+    assert aligned >= exact - 3
+
+
+def played(alignment, stroke, place):
+    """Stroke (5,) on the table of a stroke by the encoders."""
+    found = stroke_in(recorded_at(place, Stroke.from_offsets(*stroke.tolist())), alignment, SCENE)
+    found[3] = wrapped(found[3])
+    return found
+
+
+def commanded(alignment, planned, place):
+    """Stroke (5,) by the encoders that is a planned one on the table, as fixed point."""
+    stroke = planned.copy()
+    for _ in range(5):
+        away = planned - played(alignment, stroke, place)
+        away[3] = wrapped(away[3])
+        stroke = stroke + away
+        stroke[2], stroke[3] = max(stroke[2], 0.0), wrapped(stroke[3])
+    return stroke
 
 
 def test_too_few_strikes_are_refused(recording, tmp_path, capsys):

@@ -53,6 +53,16 @@ def test_an_aligned_mechanism_brings_the_tip_to_the_planned_place_at_the_planned
         assert played == pytest.approx(planned, abs=1e-3)
 
 
+@pytest.mark.parametrize('curvature', [0.0, 0.01])
+def test_an_exact_mechanism_plays_what_its_encoders_say_with_any_tip(curvature):
+    scene = replace(SCENE, cue=replace(SCENE.cue, tip_curvature_radius=curvature))
+    for axis in (False, True):
+        stroke = Stroke.from_offsets(0.1, -0.2, 0.3, 1.0, 2.0, axis=axis)
+        touching = stroke.touching(curvature / scene.ball.radius)
+        played = stroke_on_table(Alignment(), stroke, (0.2, 0.1), scene)
+        assert played == pytest.approx(touching.offsets)
+
+
 def test_limits_are_those_of_the_corrected_pose():
     level = plan_of((0.0, 0.0, math.radians(0.1), 0.0, 1.5))
     prepare_shot(MECHANISM, SCENE, level)

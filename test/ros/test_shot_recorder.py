@@ -16,8 +16,9 @@ SPACE = '/recorded'
 
 
 def test_a_strike_becomes_a_shot_of_a_recording(launch_once, node, tmp_path):
-    path = tmp_path / 'shots.csv'
-    own = '-p', 'scene:=robot_table', '-r', f'__ns:={SPACE}'
+    path, round_tip = tmp_path / 'shots.csv', tmp_path / 'scene.yaml'
+    round_tip.write_text('{like: robot_table, cue: {tip_curvature_radius: 0.01}}')
+    own = '-p', f'scene:={round_tip}', '-r', f'__ns:={SPACE}'
     launch_once('shot_recorder', '-p', f'file:={path}', *own)
     hidden = '-p', 'speed_scale:=1.2'  # which the encoders do not see
     launch_once('table_sim', '-p', 'real_time_factor:=5.0', *hidden, *own)
@@ -27,7 +28,9 @@ def test_a_strike_becomes_a_shot_of_a_recording(launch_once, node, tmp_path):
         Strike(
             header=Header(frame_id='table', stamp=node.get_clock().now().to_msg()),
             shot_id='first',
-            cue_pose=Pose(position=Point(x=-0.3, y=0.1, z=0.0286), orientation=Quaternion(w=1.0)),
+            cue_pose=Pose(
+                position=Point(x=-0.3, y=0.105, z=0.0286), orientation=Quaternion(w=1.0)
+            ),
             speed=0.5,
         )
     )
@@ -35,9 +38,10 @@ def test_a_strike_becomes_a_shot_of_a_recording(launch_once, node, tmp_path):
     assert spin_until(node, path.with_suffix('.yaml').exists)
     recording = read_recording(path)
     (shot,) = recording.shots
-    assert (shot.name, shot.struck, recording.scene) == ('first', 'cue', 'robot_table')
+    assert (shot.name, shot.struck, recording.scene) == ('first', 'cue', str(round_tip))
+    scene = Scene.load(round_tip)
+    assert shot.stroke.offsets[0] == pytest.approx(-0.005 / (scene.ball.radius + 0.01), abs=1e-3)
     assert shot.stroke.offsets[4] == pytest.approx(0.5)
-    scene = Scene.load('robot_table')
     stroke = Stroke.from_offsets(*shot.stroke.offsets[:4], 1.2 * shot.stroke.speed)
     rest = predict(scene, stroke).trajectory.final_position
     assert shot.tracks['cue'].place[-1] == pytest.approx(rest[:2], abs=0.01)

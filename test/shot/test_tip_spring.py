@@ -24,6 +24,9 @@ def pool(spring='on', **effects):
 
 
 POOL = pool()
+BOTH_TIPS = pytest.mark.parametrize(
+    'scene', [Scene.load('pool'), POOL], ids=['rigid', 'tip_spring']
+)
 
 
 def level(a, speed):
@@ -79,6 +82,36 @@ def test_squirt_is_that_of_measured_cues():
     found = squirt([0.1, 0.3, 0.5], 2.0)
     assert (np.array([0.35, 0.75, 1.6]) < found).all()
     assert (found < np.array([0.55, 1.6, 2.6])).all()
+
+
+@BOTH_TIPS
+def test_a_chalked_tip_slips_from_half_a_radius_on(scene):
+    offsets = np.arange(0.4, 0.65, 0.01)
+    shots = [predict(scene, Stroke.from_offsets(a, 0.0, 0.0, 0.0, 2.0)) for a in offsets]
+    assert 0.48 <= offsets[[shot.miscue for shot in shots].index(True)] <= 0.6
+
+
+@BOTH_TIPS
+def test_a_playing_cue_hits_most_steep_strokes_near_the_middle_once(scene):
+    batch = predict_batch(
+        scene, offsets=random_strokes(np.random.default_rng(6), 300, 0.3, 20.0, 60.0)
+    )
+    assert (batch.double_hit | batch.chatter).mean() < 0.15
+
+
+def test_a_jump_cue_with_a_tip_that_shears_lifts_the_ball_in_one_hit():
+    scene = Scene.from_dict(
+        {
+            'like': 'jump_cue',
+            'contacts': {'cue_ball': {'exponent': 1.5}},
+            'effects': {'tip_spring': 'on'},
+        }
+    )
+    for elevation in (30, 40, 50):
+        shot = predict(scene, Stroke.from_offsets(0.0, 0.0, math.radians(elevation), 0.0, 4.0))
+        assert shot.velocity[2] >= 0.23 * 4.0
+        assert shot.double_hit is None
+        assert not shot.chatter
 
 
 def test_strikes_agree_with_a_chain_of_masses():
