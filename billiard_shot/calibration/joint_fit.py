@@ -181,8 +181,10 @@ def even_until(model: Model, stepped: Sequence[Model], shot: Shot) -> Floats:
         (ways(one, launch), ways(other, launch))
         for one, other in zip(stepped[::2], stepped[1::2], strict=True)
     ]
-    bent = np.concatenate([one + other - 2.0 * here for one, other in pairs])
-    uneven = ~(np.linalg.norm(bent, axis=-1).max(axis=0) < MOST_BENT)
+    with np.errstate(invalid='ignore'):
+        bent = np.concatenate([one + other - 2.0 * here for one, other in pairs])
+    bent[~np.isfinite(bent)] = 0.0  # a start nearby that cannot be simulated tells nothing
+    uneven = np.linalg.norm(bent, axis=-1).max(axis=0) > MOST_BENT
     until = np.full(len(shot.watched.balls), np.inf)
     times = shot.watched.times[shot.watched.at[uneven]]
     np.minimum.at(until, shot.watched.ball[uneven], np.nextafter(times, 0.0))
