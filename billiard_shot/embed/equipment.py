@@ -67,12 +67,20 @@ def _equipment(scene: Scene, _: str) -> dict[str, Any]:
 
 
 def _effects(scenes: list[Scene]) -> dict[str, Any]:
-    """List effects; a change has the entries that it sets in one of the scenes."""
-    found = {}
-    for name in (field.name for field in dataclasses.fields(scenes[0].effects)):
-        on = getattr(scenes[0].effects, name) != 'off'
+    """
+    List effects; a change has the entries that it sets in one of the scenes.
+
+    Those that are off come first: an effect that is turned off also takes back what they need it
+    for, as the shear of a tip needs the shaft.
+    """
+    settings, found = dataclasses.asdict(scenes[0].effects), {}
+    names = sorted(settings, key=lambda name: settings[name] != 'off')
+    turned_on = {name: 'auto' for name in names if settings[name] == 'off'}
+    all_on = dataclasses.replace(scenes[1].effects, **turned_on)
+    for name in names:
+        on = name not in turned_on
         change: dict[Path, Any] = {}
-        for scene in scenes:
+        for scene in (dataclasses.replace(scenes[1], effects=all_on), *scenes):
             effects = dataclasses.replace(scene.effects, **{name: 'off' if on else 'auto'})
             other = dataclasses.replace(scene, effects=effects)
             change |= dict(_changes(plain(packed_play(scene)), plain(packed_play(other))))

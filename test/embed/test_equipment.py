@@ -45,8 +45,10 @@ def test_changes_are_those_of_the_changed_scene(name):
         numbers = [each for each in equipment['parameters'] if draw.random() < 0.5]
         parameters = {each['name']: float(draw.uniform(*each['range'])) for each in numbers}
         other = with_parameters(scene, list(parameters), list(parameters.values()))
-        off = dataclasses.replace(other.effects, **dict.fromkeys(effects, 'off'))
-        expected = plain(packed_play(dataclasses.replace(other, effects=off)))
+        on = equipment['effects']
+        turned = {each: 'off' if on[each]['on'] else 'auto' for each in effects}
+        settings = dataclasses.replace(other.effects, **turned)
+        expected = plain(packed_play(dataclasses.replace(other, effects=settings)))
         assert changed(base, equipment, effects, parameters) == expected
 
 
