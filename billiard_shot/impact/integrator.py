@@ -179,7 +179,8 @@ def update_speed(m: Model, contacts: list[ContactState], ws: Workspace, p: Impac
             c = contacts[j]
             least = METHOD_OPTIONS.negligible_force * m.tolerance * min(largest, 1.0)
             c.negligible_compression = (least / c.stiffness) ** (1.0 / c.exponent)
-            if c.exponent != 1.0:  # also if the force cannot change the velocity by that much
+            if c.is_tip and c.exponent != 1.0:
+                # also if it cannot change the velocity by that much; see taylor.step_length
                 power = c.exponent + 1.0
                 least *= power * abs(c.velocity[0]) / c.stiffness
                 c.negligible_compression = max(c.negligible_compression, least ** (1.0 / power))

@@ -50,8 +50,9 @@ class Options(NamedTuple):
     energy_floor : float
         Velocities below this fraction of the tolerance end an infinite sequence.
     negligible_force : float
-        A spring force below this fraction of the tolerance counts as zero, and so does one that
-        has changed the velocity by less: with exponent 3/2 the force has no Taylor series at zero.
+        A spring force below this fraction of the tolerance counts as zero, and so does that of a
+        tip if it has changed the velocity by less: with exponent 3/2 the force has no Taylor
+        series at zero.
     min_softened : float
         Lowest restitution of a contact that softens with energy.
     end_margin : float

@@ -270,7 +270,8 @@ def step_length(m: Model, contacts: list[ContactState], order: int, tolerance: f
     velocities do not show the error of the friction.
 
     The series of y**exponent converges only up to twice the compression. Beyond, even errors
-    within the tolerance may close a contact that only touches.
+    within the tolerance may close a contact that only touches, as that of a ball with the cloth
+    in a strike. In a rack all contacts press, and so many short steps would gain nothing.
     """
     last = 0.0
     before = 0.0
@@ -295,6 +296,6 @@ def step_length(m: Model, contacts: list[ContactState], order: int, tolerance: f
         x = min(x, (METHOD_OPTIONS.direction_error / turning) ** (1.0 / (order - 1)))
     for j in range(len(contacts)):
         c = contacts[j]
-        if c.exponent != 1.0 and c.compression[1] * x > c.compression[0] > 0.0:
+        if c.is_tip and c.exponent != 1.0 and c.compression[1] * x > c.compression[0] > 0.0:
             x = c.compression[0] / c.compression[1] if not force_is_negligible(c) else x
     return METHOD_OPTIONS.explicit_margin * x
