@@ -19,7 +19,7 @@ def effects_of(shot: Shot) -> tuple[Effect, ...]:
     Say of every effect the library knows whether a shot simulated it, and why.
 
     To say whether an effect was called for that the scene turns off, the stroke is predicted again
-    with it. No effect was simulated if the stroke was refused.
+    with it, unless the shot tells. No effect was simulated if the stroke was refused.
     """
     if shot.status.refused:
         reason = 'the stroke was not played'

@@ -195,3 +195,14 @@ def test_the_effect_is_off_unless_the_scene_turns_it_on():
         assert not effect(predict(scene, stroke)).called_for
     smooth = predict(pool(shaft='off'), stroke)
     assert (smooth.velocity == predict(pool('off', shaft='off'), stroke).velocity).all()
+
+
+def test_no_shot_is_predicted_again_to_say_whether_it_calls_for_the_effect(monkeypatch):
+    """The effect is off by default: each answer of the predictor would take twice as long."""
+    shot = predict('pool', Stroke.from_offsets(0.3, 0.0, 0.1, 0.0, 2.0))
+
+    def again(*_):
+        raise AssertionError('predicted again')
+
+    monkeypatch.setattr('billiard_shot.shot.analysis.predict', again)
+    assert 'tip_spring' in [each.name for each in effects_of(shot)]

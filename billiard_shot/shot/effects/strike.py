@@ -61,6 +61,7 @@ class TipSpring(EffectGate[ShotContext]):
     name = 'tip_spring'
     condition = 'the shaft holds a tip that has friction, and would slip'
     overrides: ClassVar = {OFF: {'tip_spring': False}}
+    tells_without = True  # it is off by default, and would have each shot predicted twice
 
     def evaluate(self, context: ShotContext) -> GateDecision:
         """Ask cue and law, and see whether the tip is dragged sideways."""

@@ -70,6 +70,8 @@ class EffectGate(ABC, Generic[L]):
     # What a setting changes in the numbers, by their names; `on` is missing where there is nothing
     # to decide: the effect is a part of the equations, and vanishes by itself.
     overrides: ClassVar[Mapping[str, Mapping[str, Any]]]
+    # Whether a shot without the effect tells, too, whether it calls for it.
+    tells_without: ClassVar[bool] = False
 
     def apply(self, numbers: N, setting: str) -> N:
         """Return numbers (a named tuple) as a setting changes them; other tuples have the rest."""
@@ -123,7 +125,9 @@ def report(gate: EffectGate[L], context: L, again: Callable[[Scene], L]) -> Effe
     if setting == AUTO or (setting == ON and ON not in gate.overrides):
         return Effect(gate.name, simulated, reason, simulated)
     effects = replace(context.scene.effects, **{gate.name: AUTO})
-    called_for, reason = gate.evaluate(again(replace(context.scene, effects=effects)))
+    if not gate.tells_without:
+        context = again(replace(context.scene, effects=effects))
+    called_for, reason = gate.evaluate(context)
     if setting == ON:
         return Effect(gate.name, simulated, f'the scene turns it on; {reason}', called_for)
     word = 'it would be simulated' if called_for else 'nothing calls for it either'
