@@ -67,6 +67,20 @@ class ShotLog:
             return ''
         return self._write()
 
+    def seen_before(self, time: float) -> Balls:
+        """
+        Return the balls as they were seen last before a time [s].
+
+        A strike may be told after a picture in which the ball moves already. If the first picture
+        is later, it counts; if there is none, no ball.
+        """
+        found: Balls = {}
+        for each in self._seen:
+            if found and each.time > time:
+                break
+            found = each.balls
+        return found
+
     def strike(self, shot: str, time: float, stroke: Stroke) -> None:
         """Begin a shot; one that is not over yet ends."""
         if self._shot:
@@ -85,7 +99,7 @@ class ShotLog:
                 writer.writerows(self._rows(time, balls))
         self._about.write_text(yaml.safe_dump(self._content), encoding='utf-8')
         shot, self._shot = self._shot, ''
-        self._seen.clear()
+        self._seen = deque([self._seen[-1]]) if self._seen else self._seen
         return shot
 
     def _rows(self, time: float, balls: Balls) -> list[tuple[object, ...]]:

@@ -9,7 +9,6 @@ from billiard_shot_msgs.msg import Strike, TableState
 from rclpy.node import Node
 
 from billiard_shot.calibration.shot_log import ShotLog
-from billiard_shot.perception.sightings import Balls
 from billiard_shot.ros import parameters
 from billiard_shot.ros.conversions import check_frame, seconds, sightings_of
 from billiard_shot.ros.cue_conversions import measured_stroke
@@ -63,7 +62,6 @@ class ShotRecorder(Node):
         self._frame, self._radius = own.frame, scene.ball.radius
         self._curvature = scene.cue.tip_curvature_radius / scene.ball.radius
         self._log = ShotLog(Path(own.file), own.scene)
-        self._balls: Balls = {}
         self.create_subscription(TableState, 'table_state', self._see, LATCHED)
         self.create_subscription(Strike, 'cue_driver/strike', self._strike, 10)
         self.get_logger().info(f'ready: adds shots to {own.file}')
@@ -71,24 +69,25 @@ class ShotRecorder(Node):
     def _see(self, message: TableState) -> None:
         try:
             check_frame('header.frame_id', message.header, self._frame)
-            self._balls = sightings_of(message.balls, message.header.stamp)
+            balls = sightings_of(message.balls, message.header.stamp)
         except ValueError as error:
             self.get_logger().warning(f'ignored a table state: {error}')
             return
-        if shot := self._log.see(seconds(message.header.stamp), self._balls):
+        if shot := self._log.see(seconds(message.header.stamp), balls):
             self.get_logger().info(f'shot {shot!r} is recorded')
 
     def _strike(self, message: Strike) -> None:
+        stamp = seconds(message.header.stamp)
+        balls = self._log.seen_before(stamp)
         try:
             check_frame('header.frame_id', message.header, self._frame)
-            if CUE_BALL not in self._balls:
+            if CUE_BALL not in balls:
                 raise ValueError(f'ball {CUE_BALL!r} is not on the table')
-            x, y = self._balls[CUE_BALL].position
+            x, y = balls[CUE_BALL].position
             stroke = measured_stroke(message, (x, y, self._radius))
         except ValueError as error:
             self.get_logger().error(f'ignored a strike: {error}')
             return
-        stamp = seconds(message.header.stamp)
         self._log.strike(message.shot_id, stamp, stroke.touching(self._curvature))
 
 

@@ -81,3 +81,17 @@ def test_the_launch_of_a_stroke_is_the_one_that_is_predicted(logged):
     states = states_of(SCENE, frame, turned, launch_of(SCENE, frame, turned, STROKE)[np.newaxis])
     assert states.velocity[0, 0, :2] == pytest.approx(shot.velocity[:2], abs=1e-9)
     assert states.spin[0, 0] == pytest.approx(shot.spin, abs=1e-6)
+
+
+def test_the_balls_before_a_strike_are_those_of_the_last_picture_before_it(tmp_path):
+    """Also if a strike is told after a picture of the moving ball: its stroke would be wrong."""
+    log = ShotLog(tmp_path / 'shots.csv', 'carom')
+    assert log.seen_before(1.0) == {}
+    pictures = [{'cue': Sighting((x, 0.0))} for x in (0.1, 0.2, 0.3)]
+    for time, balls in zip((1.0, 1.1, 1.2), pictures, strict=True):
+        log.see(time, balls)
+    assert log.seen_before(1.15) == pictures[1]
+    assert log.seen_before(0.5) == pictures[0]
+    log.strike('one', 1.15, STROKE)
+    log.strike('two', 1.25, STROKE)
+    assert log.seen_before(1.25) == pictures[2]
