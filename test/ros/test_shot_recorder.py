@@ -24,7 +24,7 @@ def test_a_strike_becomes_a_shot_of_a_recording(launch_once, node, tmp_path):
     launch_once('table_sim', '-p', 'real_time_factor:=5.0', *hidden, *own)
     strikes = node.create_publisher(Strike, f'{SPACE}/cue_driver/strike', 10)
     assert spin_until(node, lambda: strikes.get_subscription_count() == 2)
-    spin_until(node, lambda: False, 2.0)  # the recorder refuses a strike before its first picture
+    spin_until(node, lambda: False, 4.0)  # the recorder refuses a strike before its first picture
     strikes.publish(
         Strike(
             header=Header(frame_id='table', stamp=node.get_clock().now().to_msg()),
