@@ -70,20 +70,22 @@ def _effects(scenes: list[Scene]) -> dict[str, Any]:
     """
     List effects; a change has the entries that it sets in one of the scenes.
 
-    Those that are off come first: an effect that is turned off also takes back what they need it
-    for, as the shear of a tip needs the shaft.
+    Effects that are off come first. Some need another effect, as the shear of a tip needs the
+    shaft: if a page turns the shaft off, the change of the shaft also ends the shear.
     """
     settings, found = dataclasses.asdict(scenes[0].effects), {}
     names = sorted(settings, key=lambda name: settings[name] != 'off')
     turned_on = {name: 'auto' for name in names if settings[name] == 'off'}
     all_on = dataclasses.replace(scenes[1].effects, **turned_on)
+    others = (dataclasses.replace(scenes[1], effects=all_on), *scenes)
+    bases = [(scene, plain(packed_play(scene))) for scene in others]
     for name in names:
         on = name not in turned_on
         change: dict[Path, Any] = {}
-        for scene in (dataclasses.replace(scenes[1], effects=all_on), *scenes):
+        for scene, base in bases:
             effects = dataclasses.replace(scene.effects, **{name: 'off' if on else 'auto'})
             other = dataclasses.replace(scene, effects=effects)
-            change |= dict(_changes(plain(packed_play(scene)), plain(packed_play(other))))
+            change |= dict(_changes(base, plain(packed_play(other))))
         if change:
             found[name] = {'on': on, 'change': list(change.items())}
     return found
