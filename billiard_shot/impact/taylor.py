@@ -296,6 +296,8 @@ def step_length(m: Model, contacts: list[ContactState], order: int, tolerance: f
         x = min(x, (METHOD_OPTIONS.direction_error / turning) ** (1.0 / (order - 1)))
     for j in range(len(contacts)):
         c = contacts[j]
-        if c.is_tip and c.exponent != 1.0 and c.compression[1] * x > c.compression[0] > 0.0:
-            x = c.compression[0] / c.compression[1] if not force_is_negligible(c) else x
+        if not c.is_tip or c.exponent == 1.0 or force_is_negligible(c):
+            continue
+        if c.compression[1] * x > c.compression[0] > 0.0:
+            x = c.compression[0] / c.compression[1]
     return METHOD_OPTIONS.explicit_margin * x
