@@ -31,6 +31,7 @@ from billiard_shot.calibration.recording import Floats
 from billiard_shot.calibration.result import Calibration
 from billiard_shot.calibration.simulator import recording_of, Simulator
 from billiard_shot.calibration.usable import (
+    check_enough,
     check_places,
     named_scene,
     read_recordings,
@@ -142,11 +143,7 @@ def calibrate(
     order = np.random.default_rng(seed).permutation(len(usable)).tolist()
     count = round(share * len(usable))
     tested, used = ([usable[k] for k in sorted(part)] for part in (order[:count], order[count:]))
-    if len(used) < LEAST_SHOTS:
-        raise ValueError(
-            f'recordings must have at least {LEAST_SHOTS} usable shots beside those held out, got '
-            + '\n  '.join([str(len(used)), *ignored])
-        )
+    check_enough(len(used), LEAST_SHOTS, 'usable shots beside those held out', ignored)
     mapped: Mapped = map if executor is None else executor.map
     work = _Work(mapped, progress, (len(horizons) + ROUNDS - 1) * len(used) + 2 * len(tested))
     content = [(each.shot.name, len(each.watched.place)) for each in usable]
@@ -334,7 +331,7 @@ class _Work:
         self._say(f'{self.text}, median error {1e3 * error:.1f} mm')
 
     def reach(self, done: int) -> None:
-        """Count also what did not have to be done."""
+        """Count the steps before this one as done: some were not needed."""
         self._done = done
         self._say(self.text)
 

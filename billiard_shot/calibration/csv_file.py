@@ -8,6 +8,7 @@ any rate.
 """
 
 from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 import csv
 import math
 from pathlib import Path
@@ -55,10 +56,17 @@ def read_csv(path: Path, sigma: float = USUAL_SIGMA) -> Recording:
         Naming the file, the lines and the fields that make no sense.
 
     """
-    try:
+    with opened(path) as file:
         check_size(path)
+        return _read(path, file, sigma)
+
+
+@contextmanager
+def opened(path: Path) -> Iterator[TextIO]:
+    """Open a file in CSV; ValueError names a file that cannot be read, or is none."""
+    try:
         with path.open(encoding='utf-8-sig', newline='') as file:
-            return _read(path, file, sigma)
+            yield file
     except OSError as error:
         raise ValueError(f'{path}: {reason(error)}') from None
     except (UnicodeDecodeError, csv.Error) as error:

@@ -21,11 +21,10 @@ from billiard_shot.calibration.intervals import LEVEL
 from billiard_shot.calibration.recording import Floats
 from billiard_shot.calibration.scene_file import scene_text
 from billiard_shot.scene import Bias, Noise, Scene
-
-NAMES = 'a', 'b', 'elevation_deg', 'azimuth_deg', 'speed'
-"""Names of the errors, in scenes and in files."""
+from billiard_shot.scene.player import IN_DEGREES
 
 UNITS = 'm', 'm', 'degrees', 'degrees', 'm/s'
+"""Of the errors `IN_DEGREES`."""
 
 LEAST_STROKES = 5
 """Number of strokes that tell the errors of a player."""
@@ -96,9 +95,9 @@ def errors_of(scene: Scene, errors: Floats) -> PlayerErrors:
 def estimates_of(
     section: str, before: Noise | Bias, values: Floats, low: Floats, high: Floats
 ) -> Iterator[Estimate]:
-    """Yield the estimates of a section of the scene; those that are NaN keep what is there."""
+    """Yield the estimates of a section of the scene; a value of NaN keeps the scene's number."""
     columns = (each.tolist() for each in (values, low, high))
-    for name, unit, value, *bounds in zip(NAMES, UNITS, *columns, strict=True):
+    for name, unit, value, *bounds in zip(IN_DEGREES, UNITS, *columns, strict=True):
         old, known = float(getattr(before, name)), math.isfinite(value)
         interval = (bounds[0], bounds[1]) if known else None
         yield Estimate(f'{section}.{name}', unit, old, None, value if known else old, interval, ())
@@ -119,12 +118,12 @@ def correlated(covariance: Floats, count: int) -> Iterator[str]:
     """Yield the errors, of a number of strokes, that are surely correlated, in words."""
     sigmas = np.sqrt(np.diag(covariance))
     reach = norm.ppf(0.5 + 0.5 * LEVEL) / math.sqrt(count - 3)
-    for i, k in zip(*np.triu_indices(len(NAMES), 1), strict=True):
+    for i, k in zip(*np.triu_indices(len(IN_DEGREES), 1), strict=True):
         if sigmas[i] * sigmas[k] > 0.0:
             found = np.clip(covariance[i, k] / (sigmas[i] * sigmas[k]), 1e-12 - 1.0, 1.0 - 1e-12)
             low, high = np.tanh(np.arctanh(found) + np.array([-reach, reach]))
             if low > 0.0 or high < 0.0:
                 yield (
-                    f'Errors of {NAMES[i]} and {NAMES[k]} are correlated: {found:.2f}, 95 %: '
-                    f'{low:.2f} to {high:.2f}. The scene takes them as independent.'
+                    f'Errors of {IN_DEGREES[i]} and {IN_DEGREES[k]} are correlated: {found:.2f}, '
+                    f'95 %: {low:.2f} to {high:.2f}. The scene takes them as independent.'
                 )

@@ -19,12 +19,13 @@ import numpy as np
 from scipy.stats import chi2, norm
 
 from billiard_shot.calibration.comparison import FIRST_SCALES
-from billiard_shot.calibration.errors import estimates_of, NAMES, PlayerErrors, with_noise
+from billiard_shot.calibration.errors import estimates_of, PlayerErrors, with_noise
 from billiard_shot.calibration.intervals import LEVEL
 from billiard_shot.calibration.launch import contacts_of, DIRECTION, states_of
 from billiard_shot.calibration.launch_search import search_launches
 from billiard_shot.calibration.recording import Floats, Frame, RecordedShot, Recording
 from billiard_shot.calibration.usable import (
+    check_enough,
     check_places,
     read_recordings,
     Recordings,
@@ -37,7 +38,7 @@ from billiard_shot.planning.direct_shots import CentralStrikes, side_error
 from billiard_shot.planning.shots import shots, strikes_of
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL
-from billiard_shot.scene.player import A, AZIMUTH, ELEVATION, SPEED
+from billiard_shot.scene.player import A, AZIMUTH, ELEVATION, IN_DEGREES, SPEED
 from billiard_shot.shot.effects import model_of
 from billiard_shot.table.table_states import TableStates
 
@@ -116,13 +117,9 @@ def scale_of_errors(scene: Scene, recordings: Recordings, seed: int = 1) -> Play
         for number, each in enumerate(usable)
         if (found := _tried(scene, read[each.recording].frame, each, (seed, number))) is not None
     ]
-    if len(tried) < LEAST_SHOTS:
-        raise ValueError(
-            f'recordings must have at least {LEAST_SHOTS} shots of layouts with direct shots, got '
-            + '\n  '.join([str(len(tried)), *ignored])
-        )
+    check_enough(len(tried), LEAST_SHOTS, 'shots of layouts with direct shots', ignored)
     scale, (low, high) = most_likely_scale(tried)
-    before = np.array([getattr(scene.noise, name) for name in NAMES])
+    before = np.array([getattr(scene.noise, name) for name in IN_DEGREES])
     estimates = tuple(
         estimates_of('noise', scene.noise, *(factor * before for factor in (scale, low, high)))
     )
@@ -142,7 +139,7 @@ def _of_the_cue_ball(recording: Recording) -> Recording:
 
 
 def most_likely_scale(tried: Sequence[Tried]) -> tuple[float, tuple[float, float]]:
-    """Return the scale of the errors and its interval; ValueError if there is none."""
+    """Return the scale of the errors and its interval; ValueError if the shots tell none."""
     parts, likely = UNIFORM[:, np.newaxis], np.zeros((len(UNIFORM), len(SCALES)))
     for each in tried:
         sigmas = np.hypot(each.sigma[:, np.newaxis] * SCALES, each.unsure[:, np.newaxis])

@@ -25,6 +25,7 @@ from billiard_shot.calibration.machine_strokes import fit_stroke, HORIZONS, Reco
 from billiard_shot.calibration.recording import Floats
 from billiard_shot.calibration.scene_file import scene_text, yaml_text
 from billiard_shot.calibration.usable import (
+    check_enough,
     check_places,
     read_recordings,
     Recordings,
@@ -72,7 +73,7 @@ class MachineCalibration:
     strikes : int
         How many fit the alignment.
     ignored : tuple of str
-        What was left out, and why.
+        Shots and strikes that were left out, with the reason.
 
     """
 
@@ -86,7 +87,7 @@ class MachineCalibration:
 
     @property
     def about(self) -> tuple[str, ...]:
-        """What it was found from, and how well it predicts, in words."""
+        """The number of strikes, errors of predictions, and what was left out, in words."""
         return (
             f'Fitted to {self.strikes} strikes.',
             f'Error of the cue ball in the half held out: median {1e3 * self.errors:.1f} mm; '
@@ -136,11 +137,7 @@ def calibrate_machine(recordings: Recordings, scene: Scene) -> MachineCalibratio
         for each in usable
         if each.shot.stroke is not None
     ]
-    if len(recorded) < LEAST_STRIKES:
-        raise ValueError(
-            f'recordings must have at least {LEAST_STRIKES} strikes with strokes, got '
-            + '\n  '.join([str(len(recorded)), *ignored])
-        )
+    check_enough(len(recorded), LEAST_STRIKES, 'strikes with strokes', ignored)
     bare, alignment = replace(scene, balls={}), Alignment()
     scales, sigma = FIRST_SCALES, float(FIRST_SCALES[0])
     for width in WIDTHS:
@@ -201,12 +198,12 @@ def _median_error(scene: Scene, alignment: Alignment, strikes: Sequence[Strike])
 def _numbers(found: Common) -> Iterator[Estimate]:
     """Yield the estimates of all numbers, also of those that strikes do not decide."""
     for name, number in NUMBERS.items():
-        value, interval = getattr(Alignment(), name), None
+        value = exact = getattr(Alignment(), name)
+        interval = None
         if name in found.names:
             k = found.names.index(name)
             value, reach = float(found.values[k]), float(found.reach[k])
             interval = value - reach, value + reach
-        exact = getattr(Alignment(), name)
         yield Estimate(f'alignment.{name}', number.unit, exact, None, value, interval, ())
 
 

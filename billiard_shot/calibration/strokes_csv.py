@@ -1,7 +1,7 @@
 """
 Commanded and measured strokes as CSV, a line for each stroke.
 
-The header names what was commanded and measured: `a`, `b` (ball radii), `elevation_deg`,
+The header names the commanded and measured numbers: `a`, `b` (ball radii), `elevation_deg`,
 `azimuth_deg` (degrees), `speed` (m/s), each together with the same name after `measured_`. Numbers
 that were not measured are left out. A column `stroke` may name the strokes.
 """
@@ -12,11 +12,11 @@ from pathlib import Path
 
 import numpy as np
 
-from billiard_shot.calibration.errors import NAMES
+from billiard_shot.calibration.csv_file import opened
 from billiard_shot.calibration.recording import Floats
 from billiard_shot.numerics.angles import wrapped
-from billiard_shot.scene.errors import InputError, Mistake, must_be, reason, unknown
-from billiard_shot.scene.player import A, AZIMUTH, B
+from billiard_shot.scene.errors import InputError, Mistake, must_be, unknown
+from billiard_shot.scene.player import A, AZIMUTH, B, IN_DEGREES
 
 MEASURED = 'measured_'
 RANGES = {  # bounds and unit
@@ -50,31 +50,26 @@ def read_errors(path: Path, ball_radius: float) -> Floats:
         Naming the file, the lines and the fields that make no sense.
 
     """
-    try:
-        with path.open(encoding='utf-8-sig', newline='') as file:
-            rows = csv.reader(file)
-            header = [word.strip() for word in next(rows, [])]
-            mistakes = list(_mistakes_of_header(header))
-            lines = []
-            for row in rows if not mistakes else ():
-                if row:
-                    line, wrong = _errors_in(header, row)
-                    lines.append(line)
-                    mistakes += [each._replace(line=rows.line_num) for each in wrong]
-    except OSError as error:
-        raise ValueError(f'{path}: {reason(error)}') from None
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise ValueError(f'{path}: must be a text in CSV ({error})') from None
+    with opened(path) as file:
+        rows = csv.reader(file)
+        header = [word.strip() for word in next(rows, [])]
+        mistakes = list(_mistakes_of_header(header))
+        lines = []
+        for row in rows if not mistakes else ():
+            if row:
+                line, wrong = _errors_in(header, row)
+                lines.append(line)
+                mistakes += [each._replace(line=rows.line_num) for each in wrong]
     if mistakes:
         raise InputError(mistakes, str(path))
-    errors = np.reshape(np.array(lines, float), (-1, len(NAMES)))
+    errors = np.reshape(np.array(lines, float), (-1, len(IN_DEGREES)))
     errors[:, AZIMUTH] = np.degrees(wrapped(np.radians(errors[:, AZIMUTH])))
     errors[:, [A, B]] *= ball_radius
     return errors
 
 
 def _mistakes_of_header(header: list[str]) -> Iterator[Mistake]:
-    known = ['stroke', *NAMES, *(MEASURED + name for name in NAMES)]
+    known = ['stroke', *IN_DEGREES, *(MEASURED + name for name in IN_DEGREES)]
     for word in header:
         other = word.removeprefix(MEASURED) if word.startswith(MEASURED) else MEASURED + word
         if word not in known:
@@ -83,17 +78,17 @@ def _mistakes_of_header(header: list[str]) -> Iterator[Mistake]:
             yield Mistake((word,), 'is there twice', 1)
         elif word != 'stroke' and other not in header:
             yield Mistake((word,), f'needs the column {other}', 1)
-    if not set(header) & set(NAMES):
+    if not set(header) & set(IN_DEGREES):
         yield Mistake((), f'a header must have columns such as speed,{MEASURED}speed', 1)
 
 
 def _errors_in(header: list[str], row: list[str]) -> tuple[list[float], list[Mistake]]:
-    """Return the errors (5,) of a line, and what is wrong with it."""
+    """Return the errors (5,) of a line, and its mistakes."""
     if len(row) != len(header):
         text = must_be(f'{len(header)} fields, as in the header', row)
         return [], [Mistake((), f'a line {text}')]
     given, errors, mistakes = dict(zip(header, row, strict=True)), [], []
-    for name in NAMES:
+    for name in IN_DEGREES:
         low, high, unit = RANGES[name]
         numbers = []
         for word in (name, MEASURED + name):

@@ -74,6 +74,13 @@ def check_places(scene: Scene, usable: Sequence[Usable], recordings: Sequence[Re
             )
 
 
+def check_enough(count: int, least: int, what: str, ignored: Sequence[str]) -> None:
+    """Raise ValueError if there are too few shots; it names what is ignored."""
+    if count < least:
+        got = '\n  '.join([str(count), *ignored])
+        raise ValueError(f'recordings must have at least {least} {what}, got {got}')
+
+
 def usable_shots(recordings: Sequence[Recording]) -> tuple[list[Usable], list[str]]:
     """Return the shots that can be used, and what is ignored and why."""
     found, ignored = [], []

@@ -19,6 +19,7 @@ from billiard_shot.scene.values import as_floats, positive, whole
 
 A, B, ELEVATION, AZIMUTH, SPEED = range(5)  # columns of strokes
 OFFSETS = 'a', 'b', 'elevation', 'azimuth', 'speed'  # names of these columns
+IN_DEGREES = 'a', 'b', 'elevation_deg', 'azimuth_deg', 'speed'  # the same in files and records
 POOL_BALL_RADIUS = 0.028575  # m: 2 1/4 inches across
 MIN_NOISY_SPEED = 1e-3  # m/s, of a stroke with errors
 
@@ -258,8 +259,9 @@ class Noise:
 
     def times(self, factor: float) -> Noise:
         """Return the noise with all standard deviations multiplied by a factor, at least 0."""
-        names = 'a', 'b', 'elevation_deg', 'azimuth_deg', 'speed', 'balls'
-        return replace(self, **{name: factor * getattr(self, name) for name in names})
+        return replace(
+            self, **{name: factor * getattr(self, name) for name in (*IN_DEGREES, 'balls')}
+        )
 
 
 def _in_columns(errors: Noise | Bias, ball_radius: float) -> NDArray[np.float64]:

@@ -5,12 +5,13 @@ from pathlib import Path
 from typing import Any
 
 from billiard_shot.scene.errors import refused, unknown
+from billiard_shot.scene.player import IN_DEGREES
 from billiard_shot.scene.yaml_file import read_yaml
 from billiard_shot.shot.stroke import Stroke
 
 FORMS: tuple[tuple[str, ...], ...] = (
     ('normal', 'velocity'),
-    ('a', 'b', 'elevation_deg', 'azimuth_deg', 'speed'),  # all but the speed are 0 by default
+    IN_DEGREES,  # all but the speed are 0 by default
     ('position', 'quaternion', 'speed'),
 )
 

@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 
 from billiard_shot import Scene, Stroke
-from billiard_shot.calibration.errors import errors_of, NAMES
+from billiard_shot.calibration.errors import errors_of
 from billiard_shot.calibration.strokes_csv import read_errors
 from billiard_shot.cli import main
 from billiard_shot.cli.exit_codes import DONE, WRONG_INPUT
 from billiard_shot.scene import Bias, Noise
+from billiard_shot.scene.player import IN_DEGREES
 
 SCENE = Scene.load('pool')
 BIAS = np.array([1e-3, -5e-4, 0.2, -0.1, 0.05])  # m, m, degrees, degrees, m/s
@@ -17,8 +18,8 @@ SIGMA = np.array([5e-4, 4e-4, 0.1, 0.125, 0.075])
 
 def test_intervals_from_thirty_strokes_hold_the_truth_in_95_percent():
     draw = np.random.default_rng(1)
-    truth = dict(zip([f'noise.bias.{name}' for name in NAMES], BIAS, strict=True))
-    truth |= dict(zip([f'noise.{name}' for name in NAMES], SIGMA, strict=True))
+    truth = dict(zip([f'noise.bias.{name}' for name in IN_DEGREES], BIAS, strict=True))
+    truth |= dict(zip([f'noise.{name}' for name in IN_DEGREES], SIGMA, strict=True))
     held = []
     for _ in range(2000):
         found = errors_of(SCENE, BIAS + SIGMA * draw.standard_normal((30, 5)))
@@ -30,14 +31,14 @@ def test_intervals_from_thirty_strokes_hold_the_truth_in_95_percent():
     assert shares.max() < 0.97
 
 
-def written(path, errors, names=NAMES):
+def written(path, errors, names=IN_DEGREES):
     """Write strokes whose azimuth is near 180 degrees, so that measured ones pass it."""
     commanded = np.array([0.1, 0.2, 5.0, 179.95, 2.0])
     scale = np.array([1.0, 1.0, 1.0, 1.0, 1.0])
     scale[:2] = 1.0 / SCENE.ball.radius
     measured = commanded + scale * errors
     measured[:, 3] = (measured[:, 3] + 180.0) % 360.0 - 180.0
-    columns = [NAMES.index(name) for name in names]
+    columns = [IN_DEGREES.index(name) for name in names]
     lines = [','.join([*names, *(f'measured_{name}' for name in names)])]
     for row in measured:
         lines.append(','.join(map(repr, [*commanded[columns].tolist(), *row[columns].tolist()])))
@@ -51,7 +52,7 @@ def test_the_command_writes_a_scene_that_holds_the_errors(tmp_path, capsys):
     written(strokes, errors)
     assert main(['calibrate', 'errors', str(strokes), '-o', str(scene)]) == DONE
     noise = Scene.load(scene).noise
-    found = [[getattr(each, name) for name in NAMES] for each in (noise.bias, noise)]
+    found = [[getattr(each, name) for name in IN_DEGREES] for each in (noise.bias, noise)]
     np.testing.assert_allclose(found, [errors.mean(axis=0), errors.std(axis=0, ddof=1)])
     said = 'elevation_deg and speed are correlated'
     assert said in capsys.readouterr().out
