@@ -53,7 +53,7 @@ LEAST_COVERED, MOST_COVERED, LEVEL_OF_RANKS = 0.90, 0.99, 0.01
 
 
 def calibrated(table, shots):
-    """Draw a table and record it, and fit a scene to its shots; return what is known of it."""
+    """Draw a table and record it, and fit a scene to its shots; return truth and estimates."""
     draw = np.random.default_rng((1, table))
     truth = {name: float(draw.uniform(*bounds)) for name, bounds in RANGES.items()}
     scene = replace(Scene.load('carom'), balls={})

@@ -29,8 +29,8 @@ PLACES = {  # of balls (x, y) [m], by the number of balls
     | {str(5 * k + j + 1): [-0.5 + 0.34 * j, -0.4 + 0.4 * k] for k in range(3) for j in range(5)},
 }
 
-# Since the page was asked for, until a picture that was begun after all is drawn: a browser that
-# draws in software can be behind what it was asked to draw.
+# Since the page was asked for, until a picture is drawn that was begun after all else. A browser
+# that draws in software may draw a picture some time after it was asked for.
 SHOWN = """(async () => {
   const picture = () => new Promise((done) => requestAnimationFrame(done));
   const gl = document.getElementById('canvas').getContext('webgl2');

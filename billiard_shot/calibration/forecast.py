@@ -6,8 +6,8 @@ may have any spin. So launches are drawn as likely as they are, and the one in t
 its path has the least mean distance from those of the others, relative to usual errors.
 
 Spins are drawn as other strokes of the player had them, and mirrored ones: from the density of
-Silverman (Density Estimation, 1986, section 4.3). Each draw is the mean of what is likely before
-the shot, and is then fitted to the samples (Oliver, He and Reynolds, Conditioning permeability
+Silverman (Density Estimation, 1986, section 4.3). Each draw is the mean of a launch before its
+samples count, and is then fitted to them (Oliver, He and Reynolds, Conditioning permeability
 fields to pressure data, 5th European Conf. on the Mathematics of Oil Recovery (1996)).
 """
 

@@ -143,7 +143,7 @@ def search(
     item: tuple[Model, Sequence[Model], Shot, Floats, float, bool, Sequence[int]],
 ) -> Shot | None:
     """
-    Search the launch of a shot until a horizon, from a seed; None if there is none.
+    Search the launch of a shot until a horizon, from a seed; None if none can be simulated.
 
     Without stepped models, the path counts as long as before, see `even_until`.
     """
@@ -173,7 +173,8 @@ def even_until(model: Model, stepped: Sequence[Model], shot: Shot) -> Floats:
         return ways_of(by.scene, by.frames[shot.recording], shot.watched, launches)
 
     launch, steps = shot.launch[np.newaxis], steps_of(shot.watched)
-    steps[0 if shot.watched.command is None else PLACES :] *= PROBES  # errors have long steps
+    # Errors of a commanded stroke have steps that are long already.
+    steps[0 if shot.watched.command is None else PLACES :] *= PROBES
     probes = np.diag(steps)
     here = ways(model, launch)
     pairs = [(ways(model, launch + probes), ways(model, launch - probes))]

@@ -97,7 +97,7 @@ def refined(
     """
     Improve launches (n, numbers) by a number of steps; those that are impossible stay.
 
-    The mean of what they are compared with may be one for all, or one for each (n, numbers).
+    `compared.mean` is one for all launches (numbers,), or one for each (n, numbers).
     """
     fitted = evaluated(scene, frame, compared, np.array(launches))
     n, numbers = fitted.launches.shape

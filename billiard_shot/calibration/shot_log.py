@@ -99,7 +99,8 @@ class ShotLog:
                 writer.writerows(self._rows(time, balls))
         self._about.write_text(yaml.safe_dump(self._content), encoding='utf-8')
         shot, self._shot = self._shot, ''
-        self._seen = deque([self._seen[-1]]) if self._seen else self._seen
+        while len(self._seen) > 1:
+            self._seen.popleft()  # the next strike may come before the next picture
         return shot
 
     def _rows(self, time: float, balls: Balls) -> list[tuple[object, ...]]:

@@ -133,7 +133,7 @@ def _shot(
 
 
 def _tracks(lying: Mapping[str, Place], seen: Mapping[str, ArrayLike]) -> dict[str, Track]:
-    """Check what a simulator returns; begin with the places before the strike."""
+    """Check the result of a simulator; put the places before the strike first."""
     check_type('the result of the simulator', seen, Mapping)
     tracks = {}
     for name, place in lying.items():
