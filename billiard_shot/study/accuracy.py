@@ -62,7 +62,8 @@ def study_accuracy(
     tolerances : sequence of float
         [m].
     count : int
-        Number of strokes, 0.5 to 5 m/s, that aim at the balls of the scene.
+        Number of strokes, 0.5 to 5 m/s, that aim at the balls of the scene. Those whose cue hits
+        the ball again are left out: errors are unbounded after it.
     repeats : int
         Runs of each shot.
 
@@ -72,19 +73,16 @@ def study_accuracy(
         If none of the strokes can be played.
 
     """
-    strokes = [
-        stroke
-        for stroke in sample_strokes(scene, count)
-        if not predict(scene, stroke).status.refused
-    ]
+    shots = [predict(scene, stroke) for stroke in sample_strokes(scene, count)]
+    strokes = [s.stroke for s in shots if not s.status.refused and s.double_hit is None]
     if not strokes:
         raise ValueError(f'scene: none of {count} random strokes can be played')
     alone = replace(scene, balls={CUE_BALL: scene.cue_ball[:2]})
     strikes = _times(replace(alone, table=None), strokes, tolerances, repeats)
     without = _times(alone, strokes, tolerances, repeats)
-    shots = _times(scene, strokes, tolerances, repeats)
+    all_balls = _times(scene, strokes, tolerances, repeats)
     exact = _places(alone, strokes, REFERENCE_TOLERANCE)
-    for tolerance, *times in zip(tolerances, strikes, without, shots, strict=True):
+    for tolerance, *times in zip(tolerances, strikes, without, all_balls, strict=True):
         errors = np.linalg.norm(_places(alone, strokes, tolerance) - exact, axis=1)
         yield Tolerance(tolerance, float(np.median(errors)), float(errors.max()), *times)
 

@@ -23,6 +23,7 @@ from billiard_shot.pictures.trails import trails_of
 from billiard_shot.pictures.view import view_data
 from billiard_shot.table.run import TableRun
 from billiard_shot.table.trajectory import EventKind
+import studies
 from studies import figures, laws
 from studies.collisions import stacked
 from studies.figures import around, combination, english, FIGURES, jump, masse
@@ -368,7 +369,10 @@ def test_a_collision_of_ones_own(tmp_path):
 
 def test_draw_functions_take_what_they_draw_then_the_path_then_the_title():
     found = 0
-    for module in pkgutil.iter_modules(pictures.__path__, f'{pictures.__name__}.'):
+    for module in (
+        *pkgutil.iter_modules(pictures.__path__, f'{pictures.__name__}.'),
+        *pkgutil.iter_modules(studies.__path__, f'{studies.__name__}.'),
+    ):
         for name, function in vars(import_module(module.name)).items():
             if not name.startswith('draw_') or function.__module__ != module.name:
                 continue
