@@ -86,7 +86,7 @@ setup(
     ],
     package_dir={f'{package_name}.scenes': 'config/scenes'},
     package_data={
-        package_name: ['py.typed', 'ros/*.yaml', 'study/*.csv', 'pictures/page/*', 'embed/web/*'],
+        package_name: ['py.typed', 'ros/*.yaml', 'pictures/page/*', 'embed/web/*'],
         f'{package_name}.scenes': ['*.yaml'],
     },
     data_files=[
@@ -105,7 +105,6 @@ setup(
     extras_require={
         'build': compiler,
         'plot': ['matplotlib>=3.8', 'pillow>=10.0'],
-        'compare': ['mujoco>=3.2'],
         'dask': ['distributed>=2024.1'],
         'frame': ['pandas>=2.2'],
         'gym': ['gymnasium>=1.1'],

@@ -14,8 +14,8 @@ from tools.timing import once, QUICK, Report, seconds, Time, yardstick
 
 from billiard_shot import predict, predict_batch, Scene, Stroke
 from billiard_shot.impact.solve import solve_in_contact_space
-from billiard_shot.study.problem import ContactProblem
 from billiard_shot.table.stroke_accuracy import strike_tolerance
+from studies.problem import ContactProblem
 
 OVERHEAD = 100.0  # us on a machine where np.cross takes CROSS
 CROSS = 15.0  # us; the limit scales with the time of np.cross here

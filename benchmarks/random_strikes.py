@@ -35,7 +35,7 @@ from billiard_shot.impact.laws import BISTIFFNESS, ENERGETIC
 from billiard_shot.impact.solve import solve_in_contact_space
 from billiard_shot.shot.strike_model import strike_model
 from billiard_shot.status import Status
-from billiard_shot.study.collisions import collision_of
+from studies.collisions import collision_of
 
 TIGHT = 1e-12
 LEDGER = 1e-10  # of the energy before

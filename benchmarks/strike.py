@@ -14,8 +14,8 @@ from tools.strokes import Kernel, paper_strikes, random_strikes
 from tools.timing import once, QUICK, Report, seconds, Time, yardstick
 
 from billiard_shot.status import Status
-from billiard_shot.study.impulse_scheme import solve_strike as impulse_strike
-from billiard_shot.study.scipy_strike import GaveUpError, ScipyStrike
+from studies.impulse_scheme import solve_strike as impulse_strike
+from studies.scipy_strike import GaveUpError, ScipyStrike
 
 ACCURACY = 1e-8
 SPEED_UP = 300.0  # over SciPy

@@ -17,9 +17,9 @@ import numpy as np
 from tools.timing import Report
 
 from billiard_shot import predict, Scene, Status, Stroke
-from billiard_shot.study.problem import ContactProblem
-from billiard_shot.study.scipy_strike import GaveUpError, ScipyStrike
 from billiard_shot.table.motion import Cause
+from studies.problem import ContactProblem
+from studies.scipy_strike import GaveUpError, ScipyStrike
 
 TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-5, 1e-7, 1e-9)  # m
 FLOOR = 1e-15

@@ -1,11 +1,13 @@
 """Builds the pages: `make docs`. Warnings are errors."""
 
+import os
 from pathlib import Path
 import sys
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent
 sys.path[:0] = [str(ROOT), str(HERE / '_ext')]
+os.environ['PYTHONPATH'] = str(ROOT)  # notebooks import studies
 
 import commands  # noqa: E402
 import effects  # noqa: E402

@@ -12,27 +12,31 @@ import shlex
 import sys
 from tempfile import TemporaryDirectory
 
-from billiard_shot.cli import main
-from billiard_shot.pictures.figures import FIGURES
-
-sys.path.append(str(Path(__file__).resolve().parent / '_ext'))
+sys.path += [
+    str(Path(__file__).resolve().parent / '_ext'),
+    str(Path(__file__).resolve().parents[1]),
+]
 from pages import DOCS, FILE
+
+from billiard_shot.cli import main
+from studies import figures, laws, methods
 
 SCREENSHOTS = {'view.jpg', 'foxglove.png'}
 MEASURED = {'games-rack.png'}
 STUDIES = (
-    'study accuracy --picture accuracy.png',
+    'study accuracy --picture tolerance.png',
     'atlas pool_table --ball 8 --ball-at 0.5 0.2 --cue-grid 24x12 --budget 2000 '
     '--output atlas.jsonl --picture atlas.png',
     'study effects nine_ball --picture effects.png',
-    'study laws --picture laws.png',
-    'study tolerance --picture tolerance.png',
+    'laws.py --picture laws.png',
+    'methods.py --picture accuracy.png',
 )
+SCRIPTS = {'figures.py': figures.main, 'laws.py': laws.main, 'methods.py': methods.main}
 
 
 def commands() -> dict[str, list[str]]:
     """Return the commands that draw each picture; those of shots are in the pages themselves."""
-    drawn = {f'{name}.png': [f'study figures {name} -o .'] for name in FIGURES}
+    drawn = {f'{name}.png': [f'figures.py {name} -o .'] for name in figures.FIGURES}
     pages = ''.join((DOCS / page).read_text() for page in ('recipes.md', 'tutorial.md'))
     before = re.findall(r'^(?:\$ )?billiard-shot (.* -o .*)$', pages, re.MULTILINE)
     shots = re.findall(r'^(?:\$ )?billiard-shot (.*)$', pages.replace('\\\n', ''), re.MULTILINE)
@@ -52,7 +56,9 @@ def redraw(names: list[str]) -> None:
         drawn = commands()
         for name in names or drawn:
             for command in drawn[name]:
-                assert main(shlex.split(command)) in (None, 0), command
+                first, *words = shlex.split(command)
+                script = SCRIPTS.get(first)
+                assert (script(words) if script else main([first, *words])) == 0, command
             (DOCS / 'figures' / name).write_bytes(Path(name).read_bytes())
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 import os
+from pathlib import Path
 import sys
 from typing import Any
 import warnings
@@ -14,6 +15,7 @@ from recorded_launch import launch_file  # noqa: F401 (a fixture)
 from billiard_shot import compiled, machine_code
 from billiard_shot.compiler.build import provide
 
+sys.path.append(str(Path(__file__).resolve().parents[1]))  # for the studies
 NIGHTLY = 'NIGHTLY' in os.environ
 # No deadline: whether a machine is busy says nothing about the code. The same examples in every
 # run; `make nightly` tries others, and more of them.

@@ -6,7 +6,7 @@ from billiard_shot import Scene, Stroke
 from billiard_shot.impact import Body, collide, Contact
 from billiard_shot.impact.solve import solve_in_contact_space
 from billiard_shot.status import Status
-from billiard_shot.study.problem import ContactProblem
+from studies.problem import ContactProblem
 
 BALL, CUE, RADIUS = 0.1673, 0.5018, 0.0286  # kg, kg, m: the paper's measured constants
 TIP_FRICTION, CLOTH_FRICTION = 0.4, 0.152479

@@ -7,7 +7,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 PATHS = [
     str(ROOT / name)
-    for name in ('benchmarks', 'billiard_shot', 'docs', 'launch', 'setup.py', 'test')
+    for name in ('benchmarks', 'billiard_shot', 'docs', 'launch', 'setup.py', 'studies', 'test')
 ]
 pytestmark = pytest.mark.skipif(
     not (ROOT / 'setup.cfg').exists(), reason='needs a source checkout'

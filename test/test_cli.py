@@ -273,8 +273,6 @@ def test_the_scene_is_in_the_same_place(capsys):
         del said['wall_time']
     assert one == two == three
     for command in ('predict', 'view', 'plan', 'atlas', *STUDIES):
-        if command in ('tolerance', 'paper', 'measured', 'hard-cases', 'figures'):
-            continue  # no scene
         words = ['study', command] if command in STUDIES else [command]
         assert main([*words, 'papre']) == 2
         assert 'scene must be one of blocked, ' in capsys.readouterr().err
@@ -286,7 +284,6 @@ def test_the_scene_is_in_the_same_place(capsys):
     'command',
     [
         ['predict', str(PAPER), '--scene', 'paper', '--csv'],
-        ['study', 'laws', '--random', '2', '--count', '5', '--csv'],
     ],
 )
 def test_several_processes_give_the_same(command, capsys):
@@ -319,7 +316,7 @@ def test_a_speed_beyond_all_cues_is_warned_of(capsys):
 def test_usage_is_one_line_and_names_the_help(capsys):
     for words in (
         ['predict', '--speed', 'x'],
-        ['study', 'laws', '--bad'],
+        ['study', 'effects', '--bad'],
         ['plan', '--pot'],
         ['x'],
     ):
@@ -335,7 +332,7 @@ def test_usage_is_one_line_and_names_the_help(capsys):
     assert capsys.readouterr().out.startswith('usage: billiard-shot predict [SCENE] [options]\n')
 
 
-@pytest.mark.parametrize('words', ['predict --pott 8', 'study laws --pott', 'scene list pott'])
+@pytest.mark.parametrize('words', ['predict --pott 8', 'study effects --pott', 'scene list pott'])
 def test_a_command_refuses_its_unknown_options_itself(words, capsys):
     with pytest.raises(SystemExit) as ended:
         main(words.split())
@@ -350,7 +347,7 @@ def test_a_command_refuses_its_unknown_options_itself(words, capsys):
     ('words', 'text'),
     [
         ('pridict', 'argument COMMAND: must be one of predict, .*; the nearest is predict'),
-        ('study law', 'argument STUDY: must be one of laws, .*; the nearest is laws'),
+        ('study effect', 'argument STUDY: must be one of accuracy, .*; the nearest is effects'),
         ('plan --pot 8 --pocket footleft', "any, foot_left, .*, got 'footleft'; .* is foot_left"),
         ('predict --aim 8 --pocket sideright', "got 'sideright'; the nearest is side_right"),
         ('plan --pot 8 --noise turnament', 'tournament, none, .*; the nearest is tournament'),
@@ -473,8 +470,7 @@ def test_a_prediction_holds_the_stroke_that_was_aimed(form, capsys):
     'words',
     [
         ['tournament', 'eight_ball'],
-        ['study', 'laws', '--random', '1000'],
-        ['study', 'hard-cases'],
+        ['study', 'accuracy', '--count', '10000'],
     ],
 )
 def test_ctrl_c_ends_without_traceback(words):
@@ -558,9 +554,6 @@ def test_completion_names_what_is_missing(capsys, monkeypatch):
     [
         ['scene', 'list'],
         ['scene', 'show', 'snooker'],
-        ['study', 'paper'],
-        ['study', 'laws', '--count', '5'],
-        ['study', 'hard-cases', 'cradle', '20', 'Hertz'],
         ['predict', 'eight_ball', '-e', '5', '-s', '8', '-z', '-6'],
     ],
 )

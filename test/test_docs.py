@@ -1,6 +1,7 @@
 """What README and docs show, runs; blocks for tools that are not here carry a tag."""
 
 import argparse
+from importlib import import_module
 import json
 import os
 from pathlib import Path
@@ -31,13 +32,12 @@ BLOCK = re.compile(r'(?:<!-- needs: (\S+) -->\n)?^```(\w+)\n(.*?)^```$', re.MULT
 BLOCKS = [
     (page.name, *match.groups()) for page in PAGES for match in BLOCK.finditer(text_of(page))
 ]
-# Run by CI, by test_packaging.py, and by study/test_accuracy.py, with more options.
+# Run by CI, and by test_packaging.py.
 ELSEWHERE = (
     'make demo',
     'make test',
     'pip install .',
     'pip install .[plot]',
-    'billiard-shot study accuracy --normal -1 -1 0 --velocity 0.8 0 0',
 )
 
 FILES = {page.name: FILE.findall(page.read_text()) for page in PAGES}
@@ -81,8 +81,11 @@ def test_commands(page, text, capsys, tmp_path, monkeypatch):
         words = shlex.split(command, comments=True)
         if not words or ' '.join(words) in ELSEWHERE:
             continue
-        assert words[0] == 'billiard-shot', command
-        code = main(words[1:])
+        if words[0] == 'python':
+            code = import_module(f'studies.{Path(words[1]).stem}').main(words[2:])
+        else:
+            assert words[0] == 'billiard-shot', command
+            code = main(words[1:])
         out, err = capsys.readouterr()
         if shown:
             pattern = re.escape('\n'.join(shown))

@@ -98,7 +98,7 @@ def test_what_is_imported_is_declared():
     keys = {'numpy': 'python3-numpy', 'scipy': 'python3-scipy', 'yaml': 'python3-yaml'}
     extras = {
         **{name: name for name in ('anywidget', 'distributed', 'gymnasium', 'matplotlib')},
-        **{name: name for name in ('mujoco', 'pandas', 'shtab', 'tornado', 'traitlets')},
+        **{name: name for name in ('pandas', 'shtab', 'tornado', 'traitlets')},
         'PIL': 'pillow',
         'imageio': 'imageio[ffmpeg]',
         'imageio_ffmpeg': 'imageio[ffmpeg]',
@@ -168,7 +168,7 @@ def test_wheel_has_scenes_the_page_and_what_ros_looks_for(wheel):
         'billiard_shot/rviz/shot.rviz',
     ):
         assert f'share/{name}' in shared
-    assert not [name for name in names if name.startswith(('test', 'benchmarks'))]
+    assert not [name for name in names if name.startswith(('test', 'benchmarks', 'studies'))]
 
 
 @pytest.mark.skipif(not machine_code.is_loaded(), reason='needs machine code')
@@ -220,6 +220,7 @@ def test_source_archive_has_all_that_tests_and_docs_need(built):
         'config/setup.sh',
         'docs/conf.py',
         'msg_defs/srv/PredictShot.srv',
+        'studies/hard_cases.csv',
         'test/conftest.py',
         'test/ros/conftest.py',
     }

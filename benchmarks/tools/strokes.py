@@ -7,8 +7,8 @@ import numpy as np
 from billiard_shot import Scene, Stroke
 from billiard_shot.impact.solve import solve_in_contact_space
 from billiard_shot.status import Status
-from billiard_shot.study.problem import ContactProblem
-from billiard_shot.study.reproduction import PRINTED
+from studies.paper import PRINTED
+from studies.problem import ContactProblem
 
 PAPER = Scene.load('paper')
 

@@ -9,7 +9,7 @@ printed as JSON or CSV.
 """
 
 import argparse
-from collections.abc import Container, Sequence
+from collections.abc import Callable, Container, Sequence
 from concurrent.futures import BrokenExecutor
 from importlib import import_module
 import re
@@ -33,20 +33,14 @@ COMMANDS = {  # and what each does
     'scene': 'list the bundled scenes, show a scene with its defaults, or check files',
     'compile': 'compile the library to machine code, once for each version',
     'calibrate': 'fit a scene to recorded shots of a table',
-    'study': 'measure the method: its accuracy and cost, and what it reproduces',
+    'study': 'measure what accuracy and effects cost in a scene',
     'export': 'write a scene for pages (JavaScript) or C, with the compiled core',
     'urdf': 'print the mechanical cue as a robot model (URDF)',
     'completion': 'print a script that completes commands and options in bash or zsh',
 }
 STUDIES = {
-    'laws': 'compare the outcomes of impact laws, and find where they are discontinuous',
-    'accuracy': 'compare the errors and the work of several methods for the same strokes',
-    'tolerance': 'compare tolerances: true errors, times, and the success of a plan',
+    'accuracy': 'compare tolerances: true errors, and the time that each takes',
     'effects': 'measure the cost (us) and the influence (mm, degrees) of each effect',
-    'paper': 'recompute Table 1 of the paper: as printed, by its model, and under variants',
-    'measured': 'compute values that others measured or published, and print the deviation',
-    'hard-cases': 'solve collisions at the limits of the input ranges, and check each result',
-    'figures': 'draw the figures of the documentation',
 }
 CALIBRATIONS = {
     'table': 'fit cloth, cushions and balls of a scene to recorded shots; say how surely',
@@ -72,8 +66,13 @@ PAGES = ('.html',)
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command; return its exit code, see `EXIT_CODES`."""
     words = sys.argv[1:] if arguments is None else list(arguments)
+    return run_command(lambda: _parse(words))
+
+
+def run_command(parse: Callable[[], argparse.Namespace]) -> int:
+    """Parse a command line and run what it asks for; return the exit code, see `EXIT_CODES`."""
     try:
-        options = _parse(words)
+        options = parse()
         _check_files(options)  # before the work, not after it
         if any(getattr(options, name, None) for name in PICTURES):
             require_matplotlib()
@@ -132,8 +131,8 @@ def make_parser(complete: Container[list[str]] | None = None) -> argparse.Argume
     """
     Make the parser of all commands.
 
-    Only commands whose words are in `complete` have their options, such as `['study', 'laws']`; by
-    default all have.
+    Only commands whose words are in `complete` have their options, such as
+    `['study', 'effects']`; by default all have.
     """
     parser = Parser(
         prog='billiard-shot',

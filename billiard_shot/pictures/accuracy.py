@@ -1,28 +1,24 @@
-"""The work-precision picture."""
+"""Errors and times over the tolerance."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
-from billiard_shot.pictures.canvas import add_legend, new_figure, save
-from billiard_shot.study.accuracy import AccuracyPoint
-from billiard_shot.table.colours import BLACK, BLUE, GREEN, GREY, PURPLE, VERMILION
+from billiard_shot.pictures.canvas import new_figure, save
+from billiard_shot.study.accuracy import cost_of_accuracy, Tolerance
+from billiard_shot.table.colours import BLUE, GREEN, GREY, VERMILION
 
-METHOD_COLOURS = {
-    'this library': VERMILION,
-    'impulse scheme': BLUE,
-    'SciPy DOP853': GREEN,
-    'SciPy Radau': PURPLE,
-    'MuJoCo': GREY,
-    'closed form': BLACK,
-}
-LEAST_REST, LEAST_PART = 1e-10, 1e-13  # mm; fraction of the cue speed. Less is drawn there.
-
-Quantity = Callable[[AccuracyPoint], float]
+TIMES = (
+    ('strike', 'strike', BLUE),
+    ('alone', 'shot alone', VERMILION),
+    ('shot', 'all balls', GREEN),
+)
+MIN_DRAWN_ERROR = 1e-13  # m: smaller errors are drawn there
 
 
-def draw_accuracy(curves: Mapping[str, Sequence[AccuracyPoint]], path: Path, title: str) -> None:
+def draw_accuracy(studied: Sequence[Tolerance], path: Path, about: str) -> None:
     """
-    Draw the error of the resting place over time, and the error of velocity over evaluations.
+    Draw the errors and the times of tolerances.
 
     Raises
     ------
@@ -30,63 +26,36 @@ def draw_accuracy(curves: Mapping[str, Sequence[AccuracyPoint]], path: Path, tit
         If matplotlib is missing, or the file cannot be written.
 
     """
-    figure = new_figure(11.0, 4.8)
-    panels: tuple[tuple[Quantity, Quantity, str, str], ...] = (
-        (
-            lambda p: 1e6 * p.seconds,
-            lambda p: max(p.rest, LEAST_REST),
-            'time of a strike (µs)',
-            'largest error of the resting place (mm)',
-        ),
-        (
-            lambda p: p.evaluations,
-            lambda p: max(p.part, LEAST_PART),
-            'steps, or evaluations of the right-hand side',
-            'largest error of velocity and spin\n(part of the cue speed)',
-        ),
-    )
-    for axis, (work, error, work_label, error_label) in zip(
-        figure.subplots(1, 2), panels, strict=True
+    figure = new_figure(10.0, 4.4)
+    left, right = figure.subplots(1, 2)
+    tolerances = [1e3 * each.tolerance for each in studied]
+    left.loglog(tolerances, tolerances, '--', color=GREY)
+    _name(left, 'tolerance (dashed)', tolerances[0], 0.2 * tolerances[0], GREY)
+    for quantity, name, colour in (
+        ('largest_error', 'largest of all shots', VERMILION),
+        ('typical_error', 'median', BLUE),
     ):
-        axis.set_xscale('log')
-        axis.set_yscale('log')
-        for name, points in curves.items():
-            paying = settings_that_pay(points, work, error)
-            others = [p for p in points if p not in paying]
-            colour = METHOD_COLOURS[name]
-            axis.plot(
-                [*map(work, paying)],
-                [*map(error, paying)],
-                'o-',
-                color=colour,
-                ms=4,
-                lw=1.2,
-                label=name,
-            )
-            axis.plot(
-                [*map(work, others)], [*map(error, others)], 'o', color=colour, ms=4, mfc='none'
-            )
-        axis.set_xlabel(work_label)
-        axis.set_ylabel(error_label)
-        axis.margins(0.08)
+        errors = [1e3 * max(getattr(each, quantity), MIN_DRAWN_ERROR) for each in studied]
+        left.loglog(tolerances, errors, 'o-', ms=4, color=colour)
+        _name(left, name, tolerances[0], errors[0], colour)
+    left.set_ylabel('error of the place of rest (mm)')
+    for quantity, name, colour in TIMES:
+        times = [1e3 * getattr(each, quantity) for each in studied]
+        right.loglog(tolerances, times, 'o-', ms=4, color=colour)
+        _name(right, name, tolerances[0], times[0], colour)
+    right.set_ylabel('processor time (ms)')
+    for axis in (left, right):
+        axis.set_xlabel('tolerance (mm)')
+        axis.set_xlim(0.3 * min(tolerances), 3e3 * max(tolerances))  # room for the names
+        axis.set_xticks([x for x in tolerances if x <= max(tolerances)])
         axis.grid(alpha=0.3)
         axis.tick_params(labelsize='small')
-    add_legend(figure, axis)
-    figure.suptitle(
-        f'{title}\nEach point is a step or a tolerance. Hollow: another setting costs less and '
-        'errs less, or not all strokes are solved.',
-        fontsize='medium',
-    )
+    title = cost_of_accuracy(studied)
+    figure.suptitle(f'{title[0].upper()}{title[1:]} ({about})', fontsize='medium')
     save(figure, path)
 
 
-def settings_that_pay(
-    points: Sequence[AccuracyPoint], work: Quantity, error: Quantity
-) -> list[AccuracyPoint]:
-    """Find points that solve the most strokes, with less error than all cheaper ones; by work."""
-    most = max(p.answered for p in points)
-    paying: list[AccuracyPoint] = []
-    for point in sorted((p for p in points if p.answered == most), key=work):
-        if not paying or error(point) < error(paying[-1]):
-            paying.append(point)
-    return paying
+def _name(axis: Any, name: str, x: float, y: float, colour: str) -> None:
+    axis.annotate(
+        name, (x, y), (6, 0), textcoords='offset points', va='center', color=colour, fontsize=9
+    )

@@ -7,10 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from billiard_shot.impact import Body, Contact
+from billiard_shot.impact import Body, collide, Contact
 from billiard_shot.pictures.canvas import new_figure, save
 from billiard_shot.pictures.trace import trace_of_collision
-from billiard_shot.study.collisions import Collision
 from billiard_shot.table.colours import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
 
 CONTACT_COLOURS = BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK
@@ -50,11 +49,10 @@ def collision_figure(
     bodies: Sequence[Body], contacts: Sequence[Contact], law: str, exponent: float = 1.0
 ) -> Any:
     """Draw a collision; return the matplotlib figure."""
-    collision = Collision(tuple(bodies), tuple(contacts), exponent)
-    result = collision.solve(law, 1e-10)
+    result = collide(bodies, contacts, law, exponent, 1e-10)
     if not result.phases:
         raise ValueError('contacts: one must approach, but no two bodies collide')
-    trace = trace_of_collision(collision, law)
+    trace = trace_of_collision(bodies, contacts, law, exponent)
     time = trace.time / trace.time[-1]
     figure = new_figure(8.0, 6.0)
     impulses, energies = figure.subplots(2, 1, sharex=True)

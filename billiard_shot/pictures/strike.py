@@ -7,8 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.pictures.canvas import new_figure, save
-from billiard_shot.pictures.trace import CollisionTrace, trace_of_strike
-from billiard_shot.pictures.two_balls import STATE_NAMES
+from billiard_shot.pictures.trace import CollisionTrace, STATE_NAMES, trace_of_strike
 from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.shot import Shot
 from billiard_shot.table.colours import BLUE, GREEN, GREY, VERMILION

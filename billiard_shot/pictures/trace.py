@@ -8,7 +8,7 @@ sampled before it is taken. No equation is integrated a second time, and the sol
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from types import FunctionType
@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from billiard_shot.compiled import Entry
 from billiard_shot.impact import integrator, kernel, solve
 from billiard_shot.impact.advance import advance
+from billiard_shot.impact.bodies import Body, Contact
 from billiard_shot.impact.collide import properties_of
 from billiard_shot.impact.contact_space import contact_space, system_of
 from billiard_shot.impact.laws import elastic_energy, LAWS
@@ -27,9 +28,11 @@ from billiard_shot.impact.state import ContactState, is_active, Model
 from billiard_shot.records import Array, OBJECTS
 from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.shot import Shot
-from billiard_shot.study.collisions import Collision, collision_of
+from billiard_shot.shot.strike_model import StrikeModel
+from billiard_shot.table.cue_impact import UP
 
 SAMPLES_PER_STEP = 24  # of a step, beside its ends
+STATE_NAMES = {(True, True): 'S1', (False, True): 'S2', (True, False): 'S3'}  # by active contacts
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -138,13 +141,19 @@ def _watched_solver(recorder: _Recorder) -> Callable[..., Any]:
     return _with_names(solve.solve_stored, solve_collisions=solve_collisions)
 
 
-def trace_of_collision(collision: Collision, law: str, tolerance: float = 1e-8) -> CollisionTrace:
-    """Trace a collision of bodies."""
-    contacts, recorder = collision.contacts, _Recorder()
-    space, count = contact_space(system_of(collision.bodies, contacts)), len(contacts)
+def trace_of_collision(
+    bodies: Sequence[Body],
+    contacts: Sequence[Contact],
+    law: str,
+    exponent: float = 1.0,
+    tolerance: float = 1e-8,
+) -> CollisionTrace:
+    """Trace a collision of bodies; parameters as for `collide`."""
+    recorder = _Recorder()
+    space, count = contact_space(system_of(bodies, contacts)), len(contacts)
     _watched_solver(recorder)(
         OBJECTS,
-        properties_of(contacts, LAWS[law], collision.exponent),
+        properties_of(contacts, LAWS[law], exponent),
         OBJECTS.array(space.delassus[np.newaxis]),
         OBJECTS.array(space.approach[np.newaxis]),
         [tolerance],
@@ -179,4 +188,33 @@ def trace_of_strike(shot: Shot) -> CollisionTrace:
     model = model_of(shot.scene)
     stroke = shot.stroke.touching(model.tip_curvature)
     normal, velocity = np.array(stroke.normal), np.array(stroke.velocity)
-    return trace_of_collision(collision_of(model, normal, velocity), shot.scene.law)
+    return trace_of_collision(*bodies_of_strike(model, normal, velocity), shot.scene.law)
+
+
+def bodies_of_strike(
+    model: StrikeModel, normal: Array, velocity: Array
+) -> tuple[tuple[Body, ...], tuple[Contact, ...]]:
+    """
+    State a stroke that can be played as bodies and contacts of cue, ball and table.
+
+    Parameters
+    ----------
+    model : StrikeModel
+    normal, velocity : (3,) arrays
+        As of `Stroke`; velocity in m/s.
+
+    """
+    surface, c = model.surface, velocity
+    n = normal / np.linalg.norm(normal)
+    centre, end = np.array([0.0, 0.0, surface.radius]), model.inverse_end_mass
+    cue = Body(model.cue_mass, velocity=c, guide=c, end_mass=1.0 / end if end > 0.0 else None)
+    ball = Body(surface.mass, surface.inertia, position=centre)
+    tip, cloth = zip(model.restitution, model.friction, model.stiffness, strict=True)
+    bodies = cue, ball, Body.fixed(), Body.fixed()
+    # The table takes part if the ball touches it. Else only another fixed body does.
+    above, count = (1, 3) if model.on_cloth else (3, 4)
+    contacts = (
+        Contact(0, 1, centre + surface.radius * n, n, *tip, exponent=model.exponent[0]),
+        Contact(above, 2, (0, 0, 0), UP, *cloth, exponent=model.exponent[1]),
+    )
+    return bodies[:count], contacts

@@ -1,1 +1,1 @@
-"""Studies: the cost of accuracy and effects, hard cases, and differences between the laws."""
+"""What accuracy and effects cost in a scene."""

@@ -1,7 +1,7 @@
 """Break racks with gaps of different sizes."""
 
 from billiard_shot import Scene
-from billiard_shot.study.rack_gaps import break_speeds, without_duration
+from studies.rack_gaps import break_speeds, without_duration
 
 pool = Scene.load('pool')
 for gap in (0.0, 1e-6, 1e-4, 1e-3):  # m

@@ -11,7 +11,7 @@ from billiard_shot.scene import Effects, Noise
 from billiard_shot.scene.bundled import scene_names
 from billiard_shot.shot.effects import GATES, STRIKE_GATES
 from billiard_shot.shot.strike_model import strike_model
-from billiard_shot.study.differences import steps
+from billiard_shot.study.effects import steps
 from billiard_shot.table.effects import TABLE_GATES
 from billiard_shot.table.scene_params import table_params
 from billiard_shot.table.trajectory import EventKind

@@ -8,7 +8,7 @@ import pytest
 from setups import SLOW_CLOTH
 
 from billiard_shot import predict, predict_batch, Scene, Status, Stroke
-from billiard_shot.study.laws import discontinuities, sweeps
+from studies.laws import discontinuities, sweeps
 
 sys.path.insert(0, str(Path(__file__).parents[2] / 'benchmarks'))
 

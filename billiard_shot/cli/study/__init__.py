@@ -1,1 +1,1 @@
-"""`billiard-shot study STUDY`: what the method costs, how exact it is, and what it reproduces."""
+"""`billiard-shot study STUDY`: what accuracy and effects cost in a scene."""

@@ -1,1 +1,0 @@
-"""Published values beside computed ones."""

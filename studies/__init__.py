@@ -1,0 +1,1 @@
+"""Evidence for the documentation: methods and laws compared, hard cases, published values."""

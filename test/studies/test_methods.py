@@ -1,0 +1,198 @@
+"""The methods compared: closed form, SciPy and the solver agree; every method has its order."""
+
+import csv
+from dataclasses import replace
+from importlib.util import find_spec
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from billiard_shot import Scene, Stroke
+from studies import methods
+from studies.closed_form import applies, closed_form
+from studies.impulse_scheme import solve_strike as impulse_strike
+from studies.problem import ContactProblem
+from studies.scipy_strike import ScipyStrike
+
+PAPER = Scene.load('paper')
+SLIDING = Stroke((-0.6, -0.7, 0.3), (1, 0, -0.4))  # both contacts slide to the end
+ONSET = Stroke((0, 0.3, 1.2), (-0.3, -0.7, -0.7))  # at friction .49 and .62 both stick, then slip
+
+
+def with_friction(tip, table):
+    contacts = PAPER.contacts
+    return replace(
+        PAPER,
+        contacts=replace(
+            contacts,
+            cue_ball=replace(contacts.cue_ball, friction=tip),
+            ball_table=replace(contacts.ball_table, friction=table),
+        ),
+    )
+
+
+PROBLEMS = {
+    'smooth': ContactProblem.of(with_friction(0.0, 0.0), SLIDING),
+    'sliding': ContactProblem.of(PAPER, SLIDING),
+    'onset': ContactProblem.of(with_friction(0.49, 0.62), ONSET),
+}
+
+
+def slope(x, y):
+    return np.polyfit(np.log(x), np.log(y), 1)[0]
+
+
+def error(problem, impulse):
+    exact, _, _ = problem.adaptive(methods.FLOOR)
+    return np.abs(problem.response @ (impulse - exact)).max() / problem.speed
+
+
+def test_closed_form_is_what_the_solver_finds():
+    rng = np.random.default_rng(0)
+    for i in range(60):
+        cue = (
+            {'mass': float(np.exp(rng.uniform(-4, 2))), 'guided': True}
+            if i % 2
+            else {'mass': 0.5, 'end_mass': float(rng.uniform(0.003, 0.1)), 'ferrule_radius': 0}
+        )
+        tip = {
+            'restitution': float(rng.uniform()),
+            'friction': float(rng.uniform()),
+            'stiffness': 1.5,
+        }
+        table = PAPER.to_dict()['contacts']['ball_table']
+        scene = Scene.from_dict(
+            {
+                'ball': {'mass': 0.1673, 'radius': 0.0286},
+                'cue': cue,
+                'contacts': {'cue_ball': tip, 'ball_table': table},
+                'law': ('energetic', 'bistiffness')[i % 3 == 0],
+            }
+        )
+        angle = rng.uniform(-1.0, 1.0)
+        problem = ContactProblem.of(scene, Stroke((-np.cos(angle), np.sin(angle), 0), (1.3, 0, 0)))
+        assert applies(problem)
+        assert error(problem, closed_form(problem)) < 1e-11
+
+
+def test_closed_form_is_for_level_strokes_only():
+    problem = ContactProblem.of(PAPER, Stroke((-1, 0, 0.3), (1, 0, 0)))
+    assert not applies(problem)
+    with pytest.raises(ValueError, match='level'):
+        closed_form(problem)
+
+
+@pytest.mark.parametrize('name', ['vertical', 'jump'])
+@pytest.mark.parametrize('method', ['DOP853', 'Radau'])
+def test_the_truth_is_what_scipy_finds(name, method):
+    problem = ContactProblem.of(PAPER, methods.PAPER_STROKES[name])
+    assert error(problem, ScipyStrike(problem, method).solve(1e-10)) < 1e-9
+
+
+@pytest.mark.parametrize('name', PROBLEMS)
+def test_impulse_scheme_is_of_first_order(name):
+    # Whether or not slip begins in between: friction is implicit.
+    problem = PROBLEMS[name]
+    model, stroke = problem.model, problem.stroke
+    exact = problem.motion(problem.adaptive(methods.FLOOR)[0])
+    steps = 10.0 ** -np.arange(2.0, 4.51, 0.25)
+    errors = []
+    for step in steps:
+        run = impulse_strike(
+            stroke.normal,
+            stroke.velocity,
+            model.cue_mass,
+            model.surface.mass,
+            model.surface.radius,
+            tuple(problem.friction),
+            tuple(problem.restitution),
+            1.5,
+            step * model.surface.mass * stroke.speed,
+        )
+        off = (run.velocities[1] - exact[0], model.surface.radius * (run.spins[1] - exact[1]))
+        errors.append(np.abs(off).max())
+    assert slope(steps, errors) == pytest.approx(1.0, abs=0.2)
+
+
+@pytest.mark.parametrize('name', PROBLEMS)
+def test_the_solvers_error_goes_with_its_tolerance(name):
+    # Its order grows with the accuracy: the error is proportional to the tolerance instead.
+    problem = PROBLEMS[name]
+    tolerances = 10.0 ** -np.arange(6.0, 12.1, 0.25)
+    errors = [max(error(problem, problem.adaptive(t)[0]), 1e-17) for t in tolerances]
+    assert slope(tolerances, errors) == pytest.approx(1.0, abs=0.2)
+    assert (np.array(errors) <= tolerances).all()
+
+
+def in_one_phase(method, **options):
+    """Impulses of a phase in which both contacts compress and slide."""
+    strike = ScipyStrike(PROBLEMS['sliding'], method)
+    strike.still, strike.onset, strike.mode = 1e-12, [False, False], [0, 0]
+    strike.active, strike.restoring = [True, True], [False, False]
+    run = solve_ivp(strike.rate, (0.0, 0.9), np.zeros(8), method, **options)
+    return run.y[:, -1]
+
+
+@pytest.mark.parametrize(
+    ('method', 'order', 'rtol', 'counts'),
+    [
+        ('DOP853', 8.0, 0.1, (1, 2, 3, 4, 6)),
+        ('Radau', 5.0, 1e-4, (8, 10, 12, 14, 16, 20)),
+    ],
+)
+def test_orders_of_scipys_methods_where_all_is_smooth(method, order, rtol, counts):
+    exact = in_one_phase('DOP853', rtol=1e-13, atol=1e-15, max_step=0.01)
+    errors = []
+    for count in counts:  # equal steps: the tolerance is so loose that it is never the limit
+        length = 0.9 / count
+        found = in_one_phase(
+            method, rtol=rtol, atol=1e-2 * rtol, max_step=length, first_step=length
+        )
+        errors.append(np.abs(found - exact).max())
+    assert -slope(counts, errors) == pytest.approx(order, abs=0.2)
+
+
+@pytest.mark.parametrize('method', ['DOP853', 'Radau'])
+def test_scipy_across_a_slip_onset(method):
+    # Events are located to the tolerance: of the order only that remains.
+    problem = ContactProblem.of(PAPER, methods.PAPER_STROKES['vertical'])
+    tolerances = 10.0 ** -np.arange(4.0, 10.1, 1.0)
+    errors = [error(problem, ScipyStrike(problem, method).solve(rtol)) for rtol in tolerances]
+    assert slope(tolerances, errors) == pytest.approx(0.9, abs=0.3)
+
+
+def test_command(tmp_path, capsys):
+    path, picture = tmp_path / 'a.csv', tmp_path / 'a.png'
+    arguments = ['--normal', '-1', '-1', '0', '--velocity', '0.8', '0', '0']
+    if_drawn = ['--picture', str(picture)] if find_spec('matplotlib') else []
+    assert methods.main([*arguments, '--output', str(path), *if_drawn]) == 0
+    out, err = capsys.readouterr()
+    assert err == ''
+    rows = list(csv.DictReader(path.open()))
+    assert {'impulse scheme', 'this library', 'closed form', 'SciPy DOP853', 'SciPy Radau'} <= {
+        row['method'] for row in rows
+    }
+    assert min(float(r['velocity']) for r in rows if r['method'] == 'closed form') < 1e-12
+    assert 'the impulse scheme takes' in out
+    assert not if_drawn or picture.stat().st_size > 10_000
+
+
+def test_order_is_not_turned_by_one_bad_answer():
+    def point(setting, part):
+        return methods.MethodPoint(setting, 1, part, part, part, part, 1 / setting, 1.0)
+
+    points = [point(10.0**-i, 3 * 10.0 ** (-2 * i)) for i in range(1, 6)]
+    assert methods.order(points) == pytest.approx(2.0)
+    points[2] = point(1e-3, 0.5)
+    assert methods.order(points) == pytest.approx(2.0)
+    assert math.isnan(methods.order(points[:1]))
+
+
+def test_the_impulse_scheme_is_left_out_if_it_is_not_compiled(monkeypatch):
+    monkeypatch.setattr(methods.impulse_scheme, 'IS_COMPILED', False)
+    tasks, left_out = methods.tasks(PAPER, {'sliding': SLIDING})
+    assert tasks
+    assert not any(task.method.name == 'impulse scheme' for task in tasks)
+    assert any('without numba' in line for line in left_out)
