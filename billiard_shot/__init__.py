@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from billiard_shot.scene.errors import InputError
     from billiard_shot.shot.aim import aim
     from billiard_shot.shot.analysis import effects_of, sensitivity_of
-    from billiard_shot.shot.effects import Effect
     from billiard_shot.shot.lowest_elevation import lowest_elevation
     from billiard_shot.shot.predict import predict, predict_batch
     from billiard_shot.shot.replay import load_shot, save_shot
@@ -29,6 +28,7 @@ if TYPE_CHECKING:
     from billiard_shot.shot.stroke import Stroke
     from billiard_shot.shot.stroke_batch import StrokeBatch
     from billiard_shot.status import Status
+    from billiard_shot.table.effects import Effect
     from billiard_shot.table.motion import Motion
     from billiard_shot.table.run import TableRun
     from billiard_shot.table.simulate import simulate, simulate_batch
@@ -90,7 +90,7 @@ _HOMES = {
     'Shot': 'shot.shot',
     'load_shot': 'shot.replay',
     'save_shot': 'shot.replay',
-    'Effect': 'shot.effects',
+    'Effect': 'table.effects',
     'effects_of': 'shot.analysis',
     'sensitivity_of': 'shot.analysis',
     'Status': 'status',

@@ -4,11 +4,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.scene import Scene
-from billiard_shot.shot.effects import Effect, GATES, model_of, ShotContext
+from billiard_shot.shot.effects import GATES, model_of, ShotContext
 from billiard_shot.shot.predict import predict, predict_batch
 from billiard_shot.shot.shot import Shot
 from billiard_shot.shot.stroke import stroke_at
-from billiard_shot.table.effects import report
+from billiard_shot.table.effects import Effect, report
 
 DIFFERENCE_STEP = 1e-4  # in radii, radians and parts of the speed
 ANALYSIS_TOLERANCE = 1e-9  # m

@@ -14,8 +14,7 @@ from billiard_shot.shot.effects import GATES
 from billiard_shot.shot.predict import predict
 from billiard_shot.shot.shot import Shot
 from billiard_shot.shot.stroke import Stroke
-from billiard_shot.table.effects import EffectGate, OFF, ON
-from billiard_shot.table.effects.effect import AUTO
+from billiard_shot.table.effects import AUTO, EffectGate, OFF, ON
 from billiard_shot.table.motion import Cause, Motion
 from billiard_shot.table.trajectory import Trajectory
 
@@ -103,7 +102,7 @@ def comparison_count(strokes: Sequence[Stroke]) -> int:
 def _compared(shot: Shot, gate: EffectGate[Any], repeats: int) -> Change:
     effect = next(effect for effect in effects_of(shot) if effect.name == gate.name)
     setting = OFF if effect.simulated else ON
-    if setting not in gate.overrides:
+    if setting == ON and gate.on is None:
         return Change(False, effect.reason, 0.0, 0, 0.0, 0.0)
     other = predict(_with_effect(shot.scene, gate.name, setting), shot.stroke, shot.tolerance)
     times = [_time_of(shot) - _time_of(other) for _ in range(repeats)]

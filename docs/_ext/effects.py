@@ -1,7 +1,5 @@
 """The page of all effects, made from their gates."""
 
-from inspect import getdoc
-
 from billiard_shot.shot.effects import GATES
 
 
@@ -17,6 +15,5 @@ def page() -> str:
         '|---|---|---|',
     ]
     for gate in GATES:
-        without = (getdoc(gate) or '').partition('\n')[0].removeprefix('If off, ')
-        lines.append(f'| `{gate.name}` | {gate.condition} | {without.rstrip(".")} |')
+        lines.append(f'| `{gate.name}` | {gate.condition} | {gate.without} |')
     return '\n'.join([*lines, ''])

@@ -5,8 +5,7 @@ import pytest
 from tables import after, play, POOL, R, rolling, scene_with, state
 
 from billiard_shot.status import Status
-from billiard_shot.table.effects.collisions import CushionEffect
-from billiard_shot.table.effects.effect import EffectContext
+from billiard_shot.table.effects import EffectContext, TABLE_GATES
 from billiard_shot.table.motion import Motion
 from billiard_shot.table.trajectory import EventKind
 
@@ -48,7 +47,8 @@ def test_han_is_for_balls_on_the_cloth():
     found, expected = (after(run, 'cue', EventKind.CUSHION).velocity for run in (one, other))
     assert found == pytest.approx(expected)
     context = EffectContext(HAN, ball.velocity, ball.spin, one, False)
-    assert '1 in the air, where `han` does not hold' in CushionEffect().evaluate(context).reason
+    cushion = next(gate for gate in TABLE_GATES if gate.name == 'cushion')
+    assert '1 in the air, where `han` does not hold' in cushion.evaluate(context).reason
 
 
 @pytest.mark.parametrize('model', ['mathavan', 'han'])

@@ -8,8 +8,13 @@ from tables import after, ENDLESS, play, POOL, R, random_states, rolling, scene_
 
 from billiard_shot.scene import Effects
 from billiard_shot.status import Status
-from billiard_shot.table.effects import check_overrides, TABLE_GATES
-from billiard_shot.table.effects.effect import AUTO, EffectContext, report
+from billiard_shot.table.effects import (
+    AUTO,
+    check_overrides,
+    EffectContext,
+    report,
+    TABLE_GATES,
+)
 from billiard_shot.table.params import BallClothParams, TableParams
 from billiard_shot.table.simulate import simulate, simulate_batch
 from billiard_shot.table.trajectory import EventKind
