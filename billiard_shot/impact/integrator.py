@@ -35,8 +35,8 @@ from billiard_shot.impact.events import (
 )
 from billiard_shot.impact.friction import assign_friction_modes, sticking_is_feasible
 from billiard_shot.impact.moving_bodies import (
-    advance_motion,
-    expand_motion,
+    expand_distances,
+    find_accelerations,
     impulse_along,
     part,
 )
@@ -113,9 +113,9 @@ def integrate(
             if m.swing == 0.0 or not may_strike_again(contacts, ws):
                 return True
             p.first_end = min(p.first_end, p.time)
-        if p.time >= p.next_turn * (1.0 - METHOD_OPTIONS.time_rounding):
-            turn_normals(m, contacts, ws)
-            p.next_turn, p.modes_changed = p.time + m.interval, True
+        if is_time_to_turn(p):
+            p.modes_changed = not turn_normals(m, contacts, ws) or p.modes_changed
+            p.next_turn = p.time + m.interval
         p.scale = min(next_scale(p, step), METHOD_OPTIONS.max_step)
         if (
             p.events > METHOD_OPTIONS.tail_after
@@ -140,6 +140,12 @@ def is_time_to_rescale(p: ImpactProgress) -> bool:
         p.steps_since_event % METHOD_OPTIONS.rescale_interval
         == METHOD_OPTIONS.rescale_interval - 1
     )
+
+
+@inner
+def is_time_to_turn(p: ImpactProgress) -> bool:
+    """Whether pressed contacts take their normals anew."""
+    return p.time >= p.next_turn * (1.0 - METHOD_OPTIONS.time_rounding)
 
 
 @inner
@@ -244,7 +250,7 @@ def propose_step(m: Model, contacts: list[ContactState], ws: Workspace, p: Impac
         if redundant:
             length = min(length, METHOD_OPTIONS.max_redundant_step / scale)
         if m.moves:
-            expand_motion(m.bodies, contacts, ws, scale, order, length)
+            expand_distances(m.bodies, contacts, ws, scale, order, length)
     return Step(scale, order, length, noise, error, tolerance)
 
 
@@ -291,9 +297,7 @@ def take_step(
                 feasible = sticking_is_feasible(contacts, ws, step.order, event.x)
                 p.modes_changed = p.modes_changed or not feasible
                 break
-        advance(m, contacts, step.scale, step.order, event.x)
-        if m.moves:
-            advance_motion(m.bodies, contacts, ws, step.order, event.x)
+        advance(m, contacts, ws, step.scale, step.order, event.x)
         p.time += step.scale * event.x
         for j in range(len(contacts)):
             c = contacts[j]
@@ -301,6 +305,8 @@ def take_step(
                 c.friction_mode = SLIP
             if slips(c) and not m.planar and slip_speed(c) <= zero_slip(m, p):
                 p.modes_changed = True
+    if m.interval < inf and (event.kind == ACTIVATION or is_time_to_turn(p)):
+        find_accelerations(m.bodies, contacts, ws, step.order, event.x)
     for j in range(len(contacts)):
         c = contacts[j]
         presses = c.compression[0] >= (1.0 - 1e-9) * c.negligible_compression

@@ -41,9 +41,6 @@ class CueParams(NamedTuple):
     moves: bool  # whether bodies move during the impact
     # m, that the cue goes on after the strike, and may hit the ball again; 0: it does not
     follow_through: float
-    # Sine of the elevation from which normals move in every strike. Below it, a strike with one
-    # hit, that reaches only the cloth, keeps the normals of the first touch, see docs/limits.md.
-    normals_move_from: float
     # Spring [N/m] and dashpot [kg/s] that hold the end to the axis; 0: it swings back at once.
     end_stiffness: float = 0.0
     end_damping: float = 0.0
@@ -52,7 +49,7 @@ class CueParams(NamedTuple):
 
 
 NO_CUE = CueParams(
-    *(0.0,) * 4, 1.0, 1.0, 1.0, 0.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0, inf, True, False, 0.0, inf
+    *(0.0,) * 4, 1.0, 1.0, 1.0, 0.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0, inf, True, False, 0.0
 )
 
 
