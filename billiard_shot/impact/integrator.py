@@ -74,6 +74,7 @@ from billiard_shot.impact.transitions import apply, deactivate, set_onset_direct
 from billiard_shot.impact.turning import turn_normals
 from billiard_shot.status import BUDGET_EXCEEDED, INFINITE_SEQUENCE, NEGATIVE_ENERGY
 
+SHORT_STEP_ORDERS = 3  # that a step does not need if it ends when normals turn
 ENERGY_FLOOR = 10  # end of a phase that is not a kind of event: the motion has died down
 
 
@@ -227,6 +228,7 @@ def propose_step(m: Model, contacts: list[ContactState], ws: Workspace, p: Impac
     )
     tolerance = max(share * min(p.speed, 1.0), METHOD_OPTIONS.min_step_tolerance * p.speed)
     scale, length = p.scale, 1.0
+    turns = m.interval < inf and some_turn(contacts)
     if stiff > 0:
         if p.stiff == 0:
             scale *= METHOD_OPTIONS.first_implicit_factor
@@ -238,12 +240,13 @@ def propose_step(m: Model, contacts: list[ContactState], ws: Workspace, p: Impac
         scale, error = implicit_step(m, contacts, ws, scale, tolerance)
         noise = max(METHOD_OPTIONS.rounding, error / p.speed)
     else:
-        order = min(max(int(4.5 - log10(m.tolerance)), 6), MAX_COEFFICIENTS - 4)
+        order = int(4.5 - log10(m.tolerance)) - (SHORT_STEP_ORDERS if turns else 0)
+        order = min(max(order, 6), MAX_COEFFICIENTS - 4)
         scale, length = explicit_step(m, contacts, ws, scale, order, tolerance)
         error, noise = tolerance, max(METHOD_OPTIONS.rounding, tolerance / p.speed)
     p.stiff = stiff
     if scale > 0.0:
-        if m.interval < inf and some_turn(contacts):
+        if turns:
             length = min(length, max(p.next_turn - p.time, 0.0) / scale)
         if p.first_end < inf:
             length = min(length, max(p.first_end + m.swing - p.time, 0.0) / scale)

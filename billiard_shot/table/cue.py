@@ -8,7 +8,9 @@ from billiard_shot.records import record, Vector3
 
 THE_CUE = -3  # in place of the index of a ball; see also NOTHING and IMPACT
 LONGEST_SWING = 6e-3  # s, of the end of a cue after tip and ball parted: then it is at rest
-LONGEST_FOLLOW_THROUGH = 1.0  # s: nobody follows through for longer, however slowly
+# m/s, of a cue after the strike. A slower one is braked by the same force over a shorter way: with
+# 2 m/s^2 from 0.15 m on. An arm that swings like a pendulum brakes a cue as it accelerated it.
+BRAKED_SPEED = 0.8
 # A tip chatters if it touches the ball again so soon after it touched it first [s], while the ball
 # is lower above the cloth than this [m]. Nobody can tell it from a strike with one hit.
 CHATTER_TIME, CHATTER_HEIGHT = 5e-3, 1e-3
@@ -109,5 +111,16 @@ def chatters(time: float, height: float) -> bool:
 
 @inner
 def follow_through_time(distance: float, speed: float) -> float:
-    """For how long a cue with a speed [m/s] goes on for a distance [m], or recoils [s]."""
-    return distance / max(abs(speed), distance / LONGEST_FOLLOW_THROUGH) if distance > 0.0 else 0.0
+    """
+    Find for how long a cue goes on, or recoils [s].
+
+    Parameters
+    ----------
+    distance : float
+        That it goes at `BRAKED_SPEED` or faster [m]. A force that brakes it by a distance takes
+        the energy force * distance, so the distance falls with the square of the speed below.
+    speed : float
+        After the strike [m/s].
+
+    """
+    return distance * abs(speed) / max(abs(speed), BRAKED_SPEED) ** 2

@@ -16,7 +16,7 @@ from math import inf
 
 from billiard_shot.compiled import inner
 from billiard_shot.numerics.vectors import dot
-from billiard_shot.status import BUDGET_EXCEEDED
+from billiard_shot.status import BUDGET_EXCEEDED, OK, TOLERANCE_NOT_REACHED
 from billiard_shot.table.ball_impact import collide_fixed
 from billiard_shot.table.cluster import (
     first_partner,
@@ -61,15 +61,27 @@ def strike(
     number: int,
     room: ImpactRoom,
 ) -> None:
-    """Let the cue of a table strike ball 0."""
+    """Let the cue of a table strike ball 0; others that it does not reach take no part."""
+    cue = cues[number]
+    impact = solve_strike(table, s, cues, number, room)
+    if cue.others and not reaches_others(impact, room):
+        cue.others = False
+        impact = solve_strike(table, s, cues, number, room)
+    end_strike(table, s, cue, impact, room)
+    cue.strikes = False
+
+
+@inner
+def solve_strike(
+    table: TableModel, s: Simulation, cues: list[CueRecord], number: int, room: ImpactRoom
+) -> ClusterImpact:
+    """Solve a strike as an impact of cue, ball 0, cloth, and the others that may take part."""
     q, cue = table.cue, cues[number]
-    reach = q.neighbour_reach if cue.others else -table.params.radius
+    reach = q.neighbour_reach if cue.others else -table.params.radius  # nothing is so near
     impact = gather(table, s, cues, number, Meeting(0.0, 0, THE_CUE, reach), room)
     room.tolerance[0] = CUE_IMPACT_TOLERANCE if cue.others else cue.tolerance
     solve_bodies(table.params, impact, room, q.moves, q.interval, swing_time(q), logs=True)
-    cue.others = reaches_others(impact, room)
-    end_strike(table, s, cue, impact, room)
-    cue.strikes = False
+    return impact
 
 
 @inner
@@ -128,7 +140,7 @@ def end_strike(
         # it came back to the cloth meanwhile, and leaves it again
         bounce, friction = params.cloth_restitution, params.cloth_friction
         collide_fixed(params, ball, 0.0, 0.0, 1.0, bounce, friction=friction)
-    note_strike(q, cue, impact, room)
+    note_strike(params, q, cue, impact, room)
     for k in range(3):
         cue.velocity[k], cue.spin[k] = ball.velocity[k], ball.spin[k]
         cue.tip[k] = ball.position[k] + bodies[impact.members].position[k] - bodies[0].position[k]
@@ -153,7 +165,9 @@ def log_meetings(
 
 
 @inner
-def note_strike(q: CueParams, cue: CueRecord, impact: ClusterImpact, room: ImpactRoom) -> None:
+def note_strike(
+    params: BallClothParams, q: CueParams, cue: CueRecord, impact: ClusterImpact, room: ImpactRoom
+) -> None:
     """
     Write the outcome of a strike into the record of its cue, whose speed is that of the stroke.
 
@@ -162,6 +176,9 @@ def note_strike(q: CueParams, cue: CueRecord, impact: ClusterImpact, room: Impac
     outcome, contacts = room.results.outcomes[0], room.results.contacts
     tip, cloth = contacts[TIP_CONTACT], contacts[CLOTH_CONTACT]
     cue.status, cue.miscue = outcome.status, miscues(q, cue, room)
+    if q.moves and cue.speed * q.tip_duration > params.radius and cue.status == OK:
+        # the tip goes through a good part of the ball, which no spring describes
+        cue.status, cue.drift = TOLERANCE_NOT_REACHED, cue.speed
     cue.tip_time, cue.cloth_time = tip.touched, cloth.touched
     cue.phases, cue.steps, cue.contacts = outcome.phases, outcome.steps, impact.contacts
     cue.hits = max(tip.closings, 1) if q.moves else 1
