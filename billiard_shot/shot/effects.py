@@ -167,7 +167,7 @@ STRIKE_GATES: tuple[EffectGate[ShotContext], ...] = (
     EffectGate(
         'double_hit',
         'the cue, following through, hits the ball again',
-        'the cue is gone after the strike, which keeps the normals of the first touch',
+        'the cue is gone after its first hit',
         _double_hit,
         off={'follow_through': 0.0},
     ),
