@@ -75,7 +75,7 @@ def _simulated(problem: Problem, strokes: Array) -> Curves:
     accuracy = Accuracy(CURVE_TOLERANCE, checked=False)
     run = play_by(run_recorded, alone(problem.model), *vectors_of(strokes), None, accuracy)
     ends = run.tables['segments']
-    usual = (run.status == Status.OK) & ~run.cues['miscue'] & (run.tables['cue_hits'] == 0)
+    usual = (run.status == Status.OK) & ~run.cues['miscue'] & ~run.tables['double_hit']
     kept = np.flatnonzero(usual & (np.diff(ends, prepend=0) <= MAX_SEGMENTS))
     motions = np.split(run.segments, ends[:-1])
     paths = [Trajectory(motions[i].copy()) for i in kept]

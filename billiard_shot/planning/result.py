@@ -23,7 +23,6 @@ from billiard_shot.shot.shot import Shot
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.status import Status
 from billiard_shot.table.data_frame import data_frame
-from billiard_shot.table.trajectory import EventKind
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,7 +120,7 @@ class RankedStroke:
         faults += [f'ball {ball!r} leaves the table' for ball in shot.off_table]
         if shot.miscue:
             faults.append('the tip slides on the cue ball')
-        if any(event.kind == EventKind.CUE for event in shot.events):
+        if shot.double_hit is not None:
             faults.append('the cue hits the cue ball again')
         exactly = np.array([self.stroke.offsets])
         if not faults and not evaluate_strokes(problem, exactly).success[0]:
