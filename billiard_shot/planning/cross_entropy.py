@@ -27,9 +27,10 @@ OFFSET_SIGMA = 0.12  # ball radii: of the offsets of candidates
 ELEVATION_SIGMA = 0.02  # rad: of their elevations
 SPEED_SIGMA = 0.2  # relative: of their speeds
 ELITE_SHARE = 0.25  # of the samples: the best ones, if fewer succeed
-# Of each iteration: scale of the candidates' sigmas (0: execution noise alone), share of the
-# population that is kept, and samples of each stroke.
-SCHEDULE = ((1.0, 0.5, 24), (0.5, 0.5, 48), (0.2, 0.5, 96), (0.0, 0.8, 256), (0.0, 1.0, 512))
+# Of each iteration: scale of the candidates' sigmas (0: execution noise alone), and samples of each
+# stroke. Half of the population goes on to the next one, but at least `FEWEST`.
+SCHEDULE = ((1.0, 12), (0.7, 24), (0.4, 48), (0.2, 96), (0.0, 192), (0.0, 384))
+FEWEST = 4
 
 
 class Population(NamedTuple):
@@ -68,7 +69,7 @@ def refine(
     effort: float,
 ) -> Iterator[Population]:
     """Run the iterations that the budget allows; yield the population after each, best first."""
-    for sigma_scale, kept, samples in SCHEDULE:
+    for sigma_scale, samples in SCHEDULE:
         count = max(4, round(effort * samples))
         if runner.left < len(population.strokes) * count:
             population = population.take(_order(population)[: max(1, runner.left // count)])
@@ -76,9 +77,10 @@ def refine(
             break
         normal, places = draw.standard_normal((count, 5)), draw_places(problem, draw, count)
         population = _iteration(problem, runner, population, normal, places, sigma_scale)
-        count = max(4, round(kept * len(population.strokes)))
-        population = population.take(_order(population)[:count])
+        population = population.take(_order(population))
         yield population
+        goes_on = max(FEWEST, len(population.strokes) // 2)
+        population = population.take(np.arange(len(population.strokes))[:goes_on])
 
 
 def _order(population: Population) -> NDArray[np.int64]:

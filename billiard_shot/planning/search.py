@@ -16,17 +16,18 @@ from billiard_shot.planning.problem import Problem
 from billiard_shot.planning.result import RankedStroke
 from billiard_shot.planning.routes import Candidates
 from billiard_shot.planning.runner import Runner, StoppedError
-from billiard_shot.planning.stages import GOOD, next_stage, Stage
+from billiard_shot.planning.stages import GOOD, next_stage, Stage, untried
 from billiard_shot.planning.statistics import wilson_interval
 from billiard_shot.records import Array
 from billiard_shot.scene.player import AZIMUTH
 from billiard_shot.shot.stroke import Stroke
 
 NORMAL_BUDGET = 60_000  # simulations to which the numbers below apply
-MIN_EFFORT = 0.3  # share of these numbers for a small budget
-REFINED = 40  # candidates of a stage that are refined
+MIN_EFFORT = 0.3  # share of these numbers for a small budget or a short time
+REFINED = 80  # candidates of a stage that are refined
 RACERS, FINAL_STROKES = 8, 4  # strokes that race; strokes that get held-out trials
-RACE_TRIALS, MAX_RACES = 200, 5  # trials of each stroke in a race; races
+RACE_TRIALS = (100, 100, 200)  # of each stroke that still races, in the rounds of a race
+NARROW = 0.1  # width of the interval of a success that a search may call converged
 SURE_SUCCESS = 0.98  # lower bound of the success at which the race ends
 WINNER_TRIALS, OTHER_TRIALS = 1500, 400  # held-out trials of the winner; of each other
 # Rounds, of which two must agree: minimum if a stroke is good; minimum if none is; maximum.
@@ -46,7 +47,9 @@ class Found(NamedTuple):
     finalists: list[RankedStroke]
     penalty: float  # smallest of all candidates, see `Outcomes`
     cancelled: bool  # then the finalists have the estimates so far
-    converged: bool  # two searches from different random numbers agree on the success
+    # Two searches from different random numbers agree on the success, and its interval is narrow.
+    converged: bool
+    untried: tuple[str, ...]  # kinds of candidates that were called for, but not tried
 
 
 def search(problem: Problem, runner: Runner, seed: int) -> Found:
@@ -57,7 +60,6 @@ def search(problem: Problem, runner: Runner, seed: int) -> Found:
     paths to complicated ones, and end as soon as a stroke is good enough.
     """
     draws = np.random.default_rng(seed)
-    effort = min(1.0, max(MIN_EFFORT, runner.budget / NORMAL_BUDGET))
     stages: list[Stage] = []
     found: list[Population] = []
     winners: list[float] = []  # value of the best stroke of each round
@@ -68,9 +70,9 @@ def search(problem: Problem, runner: Runner, seed: int) -> Found:
             again = _promising(stages)
             while stage := again.pop(0) if again else next_stage(problem, runner, stages, best):
                 nearest = min(nearest, float(stage.outcomes.penalty.min()))
+                effort = effort_of(runner)
                 count = max(4, round(effort * REFINED))
-                chosen = choose_candidates(stage.candidates, stage.outcomes, count, draws)
-                population = population_of(stage, chosen)
+                population = population_of(stage, choose_candidates(stage, count, draws))
                 found.append(population)
                 for better in refine(problem, runner, population, draws, effort):
                     found[-1] = better
@@ -93,8 +95,11 @@ def search(problem: Problem, runner: Runner, seed: int) -> Found:
                 break
         runner.best = max(winners, default=0.0)
         runner.reserved = 0
-        finalists = run_race(problem, runner, best_of(found), draws, effort)
-        return Found(finalists, nearest, cancelled=False, converged=converged)
+        finalists = run_race(problem, runner, best_of(found), draws, effort_of(runner))
+        if finalists:
+            low, high = wilson_interval(finalists[0].value * finalists[0].trials, finalists[0].trials)
+            converged = converged and high - low <= NARROW
+        return Found(finalists, nearest, cancelled=False, converged=converged, untried=untried(stages, runner.best))
     except StoppedError:
         ended = best_of(found)
         ended = ended.take(_distinct(problem, ended.strokes)[:FINAL_STROKES])
@@ -108,7 +113,13 @@ def search(problem: Problem, runner: Runner, seed: int) -> Found:
                 strict=True,
             )
         ]
-        return Found(finalists, nearest, cancelled=True, converged=False)
+        kinds = untried(stages, runner.best)
+        return Found(finalists, nearest, cancelled=True, converged=False, untried=kinds)
+
+
+def effort_of(runner: Runner) -> float:
+    """Share of the numbers above that budget and time allow for."""
+    return min(1.0, max(MIN_EFFORT, runner.scope / NORMAL_BUDGET))
 
 
 def _promising(stages: list[Stage]) -> list[Stage]:
@@ -128,21 +139,23 @@ def _agree(winners: list[float], samples: int) -> bool:
 
 
 def choose_candidates(
-    candidates: Candidates, outcomes: Outcomes, count: int, draws: np.random.Generator
+    stage: Stage, count: int, draws: np.random.Generator
 ) -> NDArray[np.int64]:
     """
     Choose candidates with a value, then those with the smallest penalty, in turn from all routes.
 
-    Routes whose candidates have more value come first.
+    Those that were not chosen in earlier rounds come first, and routes whose candidates have more
+    value. The stage notes what was chosen.
     """
-    penalty, value = outcomes.penalty, outcomes.value
-    hits = np.bincount(candidates.route, value)[candidates.route]
-    order = np.lexsort((draws.permutation(len(penalty)), penalty, -value, candidates.route))
-    route = candidates.route[order]
+    route, (_, penalty, value) = stage.candidates.route, stage.outcomes
+    hits = np.bincount(route, value)[route]
+    again = stage.chosen & (value > 0.0)
+    order = np.lexsort((draws.permutation(len(penalty)), penalty, -value, again, route))
     turn = np.empty(len(penalty))  # rank of each candidate among those of its route
-    turn[order] = np.arange(len(penalty)) - np.searchsorted(route, route)
-    ranks = penalty, -value, -hits, turn, value == 0.0
+    turn[order] = np.arange(len(penalty)) - np.searchsorted(route[order], route[order])
+    ranks = penalty, -value, -hits, turn, again, value == 0.0
     chosen: NDArray[np.int64] = np.lexsort(ranks)[:count]
+    stage.chosen[chosen] = True
     return chosen
 
 
@@ -170,23 +183,19 @@ def run_race(
     strokes = strokes[_distinct(problem, strokes)[:RACERS]]
     held_out = round(effort * (WINNER_TRIALS + (FINAL_STROKES - 1) * OTHER_TRIALS))
     runner.reserved = min(held_out, runner.left // 2)
-    wins, trials = np.zeros(len(strokes)), 0
-    for _ in range(MAX_RACES):
-        race = min(round(effort * RACE_TRIALS), runner.left // max(1, len(strokes)))
-        if len(strokes) < 2 or race < 8:
+    wins, trials, racing = np.zeros(len(strokes)), 0, len(strokes)
+    for most in RACE_TRIALS:  # the strokes that still race come first
+        race = min(round(effort * most), runner.left // max(1, racing))
+        if racing < 2 or race < 8:
             break
-        outcomes = _trials(problem, runner, draws, strokes, race, exact=False)
-        if len(outcomes.value) < len(strokes) * race:
+        outcomes = _trials(problem, runner, draws, strokes[:racing], race, exact=False)
+        if len(outcomes.value) < racing * race:
             break  # the time is up
-        wins += outcomes.value.reshape(-1, race).sum(axis=1)
+        wins[:racing] += outcomes.value.reshape(-1, race).sum(axis=1)
         trials += race
-        order = np.argsort(-wins, kind='stable')
-        strokes, wins = strokes[order], wins[order]
-        racing = _still_racing(wins, trials)
-        if racing == 1:
-            break
-        if racing >= FINAL_STROKES:
-            strokes, wins = strokes[:racing], wins[:racing]
+        order = np.argsort(-wins[:racing], kind='stable')
+        strokes[:racing], wins[:racing] = strokes[order], wins[order]
+        racing = _still_racing(wins[:racing], trials)
     runner.reserved = 0
     found = []
     for place, stroke in enumerate(strokes[:FINAL_STROKES]):

@@ -7,8 +7,10 @@ the four into cells, and fits a polynomial to exact strikes in each cell that a 
 cell is used only if other exact strikes, which had no part in the fit, agree with it. A cell with
 miscues, kinks or discontinuities, in which the tip meets the ball twice in a strike, or that
 contains `NORMALS_MOVE_FROM`, is divided into eight by a, b and elevation, and each of these is
-fitted where a search needs it. Strokes in cells that are too small to be divided, or that have few
-strokes, are solved exactly. The sign of a mirrors a strike.
+fitted where a search needs it. Some corners are solved first: if most of them show a miscue or a
+second hit, as in most cells of steep strokes, the cell is neither fitted nor divided. Strokes in
+such cells, in cells that are too small to be divided, or that have few strokes, are solved
+exactly. The sign of a mirrors a strike.
 
 Cells that choose strokes may have larger errors than those with which their success is stated.
 """
@@ -41,8 +43,11 @@ from billiard_shot.table.mapped_strike import (
 SIZES = np.array([0.2, 0.1, 0.08, 6.0])
 LEVELS = 4  # sizes of cells, each half of the last
 FITTED_STRIKES, HELD_OUT = 40, 14  # exact strikes in a cell
-# Their places in the cell, -1 to 1: the first are near its corners, where miscues begin.
-CORNERS = 0.98 * (2.0 * np.array(list(np.ndindex(*(2,) * len(SIZES)))) - 1.0)
+# Their places in the cell, -1 to 1: the first are near its corners, where miscues begin. No two of
+# the first half of the corners, which are solved first, are neighbours.
+SIGNS = 2.0 * np.array(list(np.ndindex(*(2,) * len(SIZES)))) - 1.0
+CORNERS = 0.98 * SIGNS[np.argsort(-SIGNS.prod(axis=1), kind='stable')]
+PROBES = len(CORNERS) // 2
 INSIDE = 2.0 * quasi_random(FITTED_STRIKES + HELD_OUT - len(CORNERS), len(SIZES)) - 1.0
 PLACES = np.concatenate([CORNERS, INSIDE])
 TERMS_THERE = np.prod(PLACES[:, np.newaxis] ** EXPONENTS, axis=2)
@@ -70,6 +75,7 @@ class Fit(NamedTuple):
     coefficients: Array  # (TERMS, MOTION), see `Mapped`
     # (MOTION,) root mean square in held-out strikes, spins times radius; or infinite
     errors: Array
+    divides: bool  # whether smaller cells of it may be fitted
 
 
 class Maps:
@@ -140,7 +146,8 @@ class Maps:
                     numbers[i] = len(used)
                     used.append(cells[i])
             number[left] = numbers[owner]
-            left = left[(np.array(pays, bool) & (numbers == SOLVED))[owner]]
+            divided = [each and self.fits[cell].divides for cell, each in zip(cells, pays, strict=True)]
+            left = left[(np.array(divided, bool) & (numbers == SOLVED))[owner]]
         sizes = np.array([sizes_of(cell[0]) for cell in used]).reshape(-1, len(SIZES))
         corners = np.array([cell[1:] for cell in used], float).reshape(-1, len(SIZES))
         coefficients = [self.fits[cell].coefficients for cell in used]
@@ -178,15 +185,19 @@ def fit_cell(model: StrikeModel, cell: Cell) -> Fit:
     """Fit a polynomial to exact strikes in a cell, and find its error in others."""
     strokes = np.zeros((len(PLACES), 5))
     strokes[:, VARIED] = (np.array(cell[1:]) + 0.5 + 0.5 * PLACES) * sizes_of(cell[0])
-    struck, elevations = strike_alone(model, strokes), strokes[:, ELEVATION]
+    elevations = strokes[:, ELEVATION]
     jumps = elevations.min() < NORMALS_MOVE_FROM < elevations.max()
-    if jumps or not struck.regular.all():
-        return Fit(np.zeros((TERMS, MOTION)), np.full(MOTION, np.inf))
+    regular = strike_alone(model, strokes[:PROBES]).regular
+    if regular.all() and not jumps:
+        struck = strike_alone(model, strokes)
+        regular = struck.regular
+    if jumps or not regular.all():
+        return Fit(np.zeros((TERMS, MOTION)), np.full(MOTION, np.inf), bool(regular.mean() > 0.5))
     exact = np.column_stack(struck[:3]) / strokes[:, [SPEED]]
     found: Array = LEAST_SQUARES @ exact[:FITTED_STRIKES]
     errors: Array = TERMS_THERE[FITTED_STRIKES:] @ found - exact[FITTED_STRIKES:]
     found[:, 3:6] /= model.surface.radius
-    return Fit(found, np.sqrt((errors**2).mean(axis=0)))
+    return Fit(found, np.sqrt((errors**2).mean(axis=0)), divides=True)
 
 
 def _cells_of(strokes: Array, level: int) -> tuple[list[Cell], NDArray[np.int64], list[int]]:
