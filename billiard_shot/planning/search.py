@@ -9,14 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.numerics.angles import wrapped
-from billiard_shot.planning.cross_entropy import Population, population_of, refine
+from billiard_shot.planning.cross_entropy import Population, population_of, refine, turns
 from billiard_shot.planning.evaluate import Outcomes
 from billiard_shot.planning.places import draw_places, for_each
 from billiard_shot.planning.problem import Problem
 from billiard_shot.planning.result import RankedStroke
 from billiard_shot.planning.routes import Candidates
 from billiard_shot.planning.runner import Runner, StoppedError
-from billiard_shot.planning.stages import GOOD, next_stage, Stage, untried
+from billiard_shot.planning.stages import next_stage, Stage, untried
 from billiard_shot.planning.statistics import wilson_interval
 from billiard_shot.records import Array
 from billiard_shot.scene.player import AZIMUTH
@@ -25,13 +25,12 @@ from billiard_shot.shot.stroke import Stroke
 NORMAL_BUDGET = 60_000  # simulations to which the numbers below apply
 MIN_EFFORT = 0.3  # share of these numbers for a small budget or a short time
 REFINED = 80  # candidates of a stage that are refined
-RACERS, FINAL_STROKES = 8, 4  # strokes that race; strokes that get held-out trials
-RACE_TRIALS = (100, 100, 200)  # of each stroke that still races, in the rounds of a race
+RACERS, FINAL_STROKES = 6, 4  # strokes that race; strokes that get held-out trials
+RACE_TRIALS = (100, 100, 200, 400)  # of each stroke that still races, in the rounds of a race
 NARROW = 0.1  # width of the interval of a success that a search may call converged
 SURE_SUCCESS = 0.98  # lower bound of the success at which the race ends
 WINNER_TRIALS, OTHER_TRIALS = 1500, 400  # held-out trials of the winner; of each other
-# Rounds, of which two must agree: minimum if a stroke is good; minimum if none is; maximum.
-ROUNDS_IF_GOOD, HARD_ROUNDS, MAX_ROUNDS = 2, 3, 5
+MAX_ROUNDS = 5  # of which two must agree
 PROMISING = 0.1  # success: a stage that is worse than the best by more is not searched again
 
 # Two strokes are alike if they differ in every component by less than the larger of these:
@@ -65,7 +64,7 @@ def search(problem: Problem, runner: Runner, seed: int) -> Found:
     winners: list[float] = []  # value of the best stroke of each round
     nearest, converged = np.inf, False
     try:
-        for number in range(MAX_ROUNDS):
+        for _ in range(MAX_ROUNDS):
             first, best = len(found), 0.0
             again = _promising(stages)
             while stage := again.pop(0) if again else next_stage(problem, runner, stages, best):
@@ -89,17 +88,17 @@ def search(problem: Problem, runner: Runner, seed: int) -> Found:
             winners.append(float(winner.value[0]))
             samples = int(winner.samples[0])
             sure = wilson_interval(winners[-1] * samples, samples)[0] > SURE_SUCCESS
-            rounds = ROUNDS_IF_GOOD if max(winners) >= GOOD else HARD_ROUNDS
-            converged = sure or (number + 1 >= rounds and _agree(winners, samples))
+            converged = sure or (len(winners) > 1 and _agree(winners, samples))
             if converged or runner.left <= 0:
                 break
         runner.best = max(winners, default=0.0)
         runner.reserved = 0
         finalists = run_race(problem, runner, best_of(found), draws, effort_of(runner))
         if finalists:
-            low, high = wilson_interval(finalists[0].value * finalists[0].trials, finalists[0].trials)
+            low, high = finalists[0].interval
             converged = converged and high - low <= NARROW
-        return Found(finalists, nearest, cancelled=False, converged=converged, untried=untried(stages, runner.best))
+        kinds = untried(stages, runner.best)
+        return Found(finalists, nearest, cancelled=False, converged=converged, untried=kinds)
     except StoppedError:
         ended = best_of(found)
         ended = ended.take(_distinct(problem, ended.strokes)[:FINAL_STROKES])
@@ -150,10 +149,8 @@ def choose_candidates(
     route, (_, penalty, value) = stage.candidates.route, stage.outcomes
     hits = np.bincount(route, value)[route]
     again = stage.chosen & (value > 0.0)
-    order = np.lexsort((draws.permutation(len(penalty)), penalty, -value, again, route))
-    turn = np.empty(len(penalty))  # rank of each candidate among those of its route
-    turn[order] = np.arange(len(penalty)) - np.searchsorted(route[order], route[order])
-    ranks = penalty, -value, -hits, turn, again, value == 0.0
+    order = np.lexsort((draws.permutation(len(penalty)), penalty, -value, again))
+    ranks = penalty, -value, -hits, turns(route, order), again, value == 0.0
     chosen: NDArray[np.int64] = np.lexsort(ranks)[:count]
     stage.chosen[chosen] = True
     return chosen
@@ -163,8 +160,8 @@ def best_of(found: list[Population]) -> Population:
     """Concatenate the populations of all stages, ordered by the lower bound of the value."""
     if not found:
         strokes, numbers = np.empty((0, 5)), np.empty(0)
-        nothing = strokes, strokes, numbers, numbers, numbers
-        return Population(*nothing, np.empty(0, np.int64))
+        nothing, counts = (strokes, strokes, numbers, numbers, numbers), np.empty(0, np.int64)
+        return Population(*nothing, counts, counts)
     population = Population(*(np.concatenate(parts) for parts in zip(*found, strict=True)))
     known = zip(population.value.tolist(), population.samples.tolist(), strict=True)
     surely = np.array([wilson_interval(part * n, n)[0] for part, n in known])
