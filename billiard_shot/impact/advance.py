@@ -3,6 +3,13 @@
 from math import sqrt
 
 from billiard_shot.compiled import inner
+from billiard_shot.impact.moving_bodies import (
+    drift,
+    measure,
+    PLACE_ROWS,
+    push_bodies,
+    VELOCITY_ROWS,
+)
 from billiard_shot.impact.options import METHOD_OPTIONS
 from billiard_shot.impact.shear import count_losses, hold_to_cone, STRAIGHT, turning_of
 from billiard_shot.impact.state import (
@@ -19,8 +26,10 @@ from billiard_shot.impact.state import (
     SLIP_ONSET,
     slip_speed,
     slips,
+    Workspace,
 )
-from billiard_shot.numerics.polynomial import evaluate, integral, product_integral
+from billiard_shot.numerics.polynomial import evaluate, integral, integrals, product_integral
+from billiard_shot.records import Floats
 
 
 @inner
@@ -46,15 +55,36 @@ def sliding_way(c: ContactState, order: int, x: float) -> float:
 
 
 @inner
-def advance(m: Model, contacts: list[ContactState], scale: float, order: int, x: float) -> None:
+def write_impulses(
+    c: ContactState, scale: float, order: int, x: float, impulses: Floats, shifts: Floats
+) -> None:
+    """Write the impulses (3,) of a contact from 0 to x, and their integrals over the time."""
+    impulses[0], shifts[0] = integrals(c.force, order, x)
+    impulses[1], shifts[1] = integrals(c.friction_1, order, x) if resists(c) else (0.0, 0.0)
+    impulses[2], shifts[2] = integrals(c.friction_2, order, x) if resists(c) else (0.0, 0.0)
+    for k in range(3):
+        impulses[k] *= scale
+        shifts[k] *= scale * scale
+
+
+@inner
+def advance(
+    m: Model, contacts: list[ContactState], ws: Workspace, scale: float, order: int, x: float
+) -> None:
     """Move the state to x on the polynomials, and add the impulses and the friction losses."""
+    impulses, shifts = ws.vector[0], ws.vector[1]
+    if m.moves:
+        drift(ws, m.bodies, scale * x)
     for j in range(len(contacts)):
         c = contacts[j]
         if c.normal_mode != INACTIVE:
-            c.impulse += scale * integral(c.force, order, x)
-            if resists(c):
-                c.impulse_1 += scale * integral(c.friction_1, order, x)
-                c.impulse_2 += scale * integral(c.friction_2, order, x)
+            write_impulses(c, scale, order, x, impulses, shifts)
+            c.impulse += impulses[0]
+            c.impulse_1 += impulses[1]
+            c.impulse_2 += impulses[2]
+            if m.moves:
+                push_bodies(ws, c, shifts, PLACE_ROWS, 0)
+                push_bodies(ws, c, impulses, VELOCITY_ROWS, 0)
             if c.is_tip and c.closings == 1:
                 c.slid += scale * sliding_way(c, order, x)
             if shears(c):
@@ -64,7 +94,8 @@ def advance(m: Model, contacts: list[ContactState], scale: float, order: int, x:
     for j in range(len(contacts)):
         c = contacts[j]
         if m.moves and c.normal_mode == INACTIVE:
-            continue  # its state follows from its bodies: moving_bodies.py
+            measure(c, ws)
+            continue
         turning = turning_of(m.planar, c) if c.friction_mode == DRAG else STRAIGHT
         c.velocity[0] = evaluate(c.velocity, order, x)
         if c.friction > 0.0:

@@ -146,6 +146,7 @@ def begin_collision(
         c.keeps_normal, c.max_closings = properties.keeps_normal, properties.max_closings
         c.hold, c.is_tip = FREE if c.max_closings > 0 else GONE, False
         c.normal_mode = SHAFT if properties.is_shaft else INACTIVE
+        c.is_turned = False
         for k in range(3):
             c.tangent_1[k] = properties.tangent[k]
     if bodies > 0:
@@ -258,7 +259,7 @@ def start_contact(
     c.impulse, c.impulse_1, c.impulse_2 = 0.0, 0.0, 0.0
     c.restitution_loss, c.friction_loss = 0.0, 0.0
     c.final_slip, c.slid, c.slid_to_peak = 0.0, 0.0, 0.0
-    c.began, c.touched = 0.0, 0.0
+    c.began, c.touched, c.lifted = 0.0, 0.0, 0.0
     c.discontinuity_margin = inf
 
 

@@ -35,8 +35,8 @@ from billiard_shot.impact.events import (
 )
 from billiard_shot.impact.friction import assign_friction_modes, sticking_is_feasible
 from billiard_shot.impact.moving_bodies import (
-    advance_motion,
-    expand_motion,
+    expand_distances,
+    find_accelerations,
     impulse_along,
     part,
 )
@@ -74,6 +74,7 @@ from billiard_shot.impact.transitions import apply, deactivate, set_onset_direct
 from billiard_shot.impact.turning import turn_normals
 from billiard_shot.status import BUDGET_EXCEEDED, INFINITE_SEQUENCE, NEGATIVE_ENERGY
 
+SHORT_STEP_ORDERS = 3  # that a step does not need if it ends when normals turn
 ENERGY_FLOOR = 10  # end of a phase that is not a kind of event: the motion has died down
 
 
@@ -113,9 +114,9 @@ def integrate(
             if m.swing == 0.0 or not may_strike_again(contacts, ws):
                 return True
             p.first_end = min(p.first_end, p.time)
-        if p.time >= p.next_turn * (1.0 - METHOD_OPTIONS.time_rounding):
-            turn_normals(m, contacts, ws)
-            p.next_turn, p.modes_changed = p.time + m.interval, True
+        if is_time_to_turn(p):
+            p.modes_changed = not turn_normals(m, contacts, ws) or p.modes_changed
+            p.next_turn = p.time + m.interval
         p.scale = min(next_scale(p, step), METHOD_OPTIONS.max_step)
         if (
             p.events > METHOD_OPTIONS.tail_after
@@ -140,6 +141,12 @@ def is_time_to_rescale(p: ImpactProgress) -> bool:
         p.steps_since_event % METHOD_OPTIONS.rescale_interval
         == METHOD_OPTIONS.rescale_interval - 1
     )
+
+
+@inner
+def is_time_to_turn(p: ImpactProgress) -> bool:
+    """Whether pressed contacts take their normals anew."""
+    return p.time >= p.next_turn * (1.0 - METHOD_OPTIONS.time_rounding)
 
 
 @inner
@@ -221,6 +228,7 @@ def propose_step(m: Model, contacts: list[ContactState], ws: Workspace, p: Impac
     )
     tolerance = max(share * min(p.speed, 1.0), METHOD_OPTIONS.min_step_tolerance * p.speed)
     scale, length = p.scale, 1.0
+    turns = m.interval < inf and some_turn(contacts)
     if stiff > 0:
         if p.stiff == 0:
             scale *= METHOD_OPTIONS.first_implicit_factor
@@ -232,19 +240,20 @@ def propose_step(m: Model, contacts: list[ContactState], ws: Workspace, p: Impac
         scale, error = implicit_step(m, contacts, ws, scale, tolerance)
         noise = max(METHOD_OPTIONS.rounding, error / p.speed)
     else:
-        order = min(max(int(4.5 - log10(m.tolerance)), 6), MAX_COEFFICIENTS - 4)
+        order = int(4.5 - log10(m.tolerance)) - (SHORT_STEP_ORDERS if turns else 0)
+        order = min(max(order, 6), MAX_COEFFICIENTS - 4)
         scale, length = explicit_step(m, contacts, ws, scale, order, tolerance)
         error, noise = tolerance, max(METHOD_OPTIONS.rounding, tolerance / p.speed)
     p.stiff = stiff
     if scale > 0.0:
-        if m.interval < inf and some_turn(contacts):
+        if turns:
             length = min(length, max(p.next_turn - p.time, 0.0) / scale)
         if p.first_end < inf:
             length = min(length, max(p.first_end + m.swing - p.time, 0.0) / scale)
         if redundant:
             length = min(length, METHOD_OPTIONS.max_redundant_step / scale)
         if m.moves:
-            expand_motion(m.bodies, contacts, ws, scale, order, length)
+            expand_distances(m.bodies, contacts, ws, scale, order, length)
     return Step(scale, order, length, noise, error, tolerance)
 
 
@@ -291,9 +300,7 @@ def take_step(
                 feasible = sticking_is_feasible(contacts, ws, step.order, event.x)
                 p.modes_changed = p.modes_changed or not feasible
                 break
-        advance(m, contacts, step.scale, step.order, event.x)
-        if m.moves:
-            advance_motion(m.bodies, contacts, ws, step.order, event.x)
+        advance(m, contacts, ws, step.scale, step.order, event.x)
         p.time += step.scale * event.x
         for j in range(len(contacts)):
             c = contacts[j]
@@ -301,6 +308,8 @@ def take_step(
                 c.friction_mode = SLIP
             if slips(c) and not m.planar and slip_speed(c) <= zero_slip(m, p):
                 p.modes_changed = True
+    if m.interval < inf and (event.kind == ACTIVATION or is_time_to_turn(p)):
+        find_accelerations(m.bodies, contacts, ws, step.order, event.x)
     for j in range(len(contacts)):
         c = contacts[j]
         presses = c.compression[0] >= (1.0 - 1e-9) * c.negligible_compression

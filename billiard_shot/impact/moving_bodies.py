@@ -1,14 +1,15 @@
 """
 Bodies that move while they collide: balls, the tips of cues, and fixed planes and edges.
 
-Positions, velocities and spins are polynomials, like the forces. They give the distance of the
-bodies of an open contact, which closes at the distance at which it last ended. An open contact has
-no rows in W. When it closes, it gets its normal and its rows. Its force is zero then, so its law
-keeps the energy balance.
+The impulses of a step, and their integrals over its time, move the bodies. Only while an open
+contact may close, places are polynomials, like the forces: they give the distance of its bodies,
+and it closes at the distance at which it last ended. An open contact has no rows in W. When it
+closes, it gets its normal and its rows. Its force is zero then, so its law keeps the energy
+balance.
 
 A pressed contact takes its normal anew after each `Model.interval`, except if its `keeps_normal`
-is set. The velocities of the bodies and the compression of the spring do not change then, so
-neither does the energy.
+is set (turning.py). The velocities of the bodies and the compression of the spring do not change
+then, so neither does the energy.
 
 A tip moves along the axis of its cue, and across it with the light end of the cue. A shaft may
 hold that end (shaft.py); it swings back to the axis at the end of the collision. Without a shaft
@@ -44,7 +45,8 @@ from billiard_shot.numerics.polynomial import evaluate
 from billiard_shot.numerics.vectors import dot
 from billiard_shot.records import Floats, Vector
 
-PLACE_ROWS, VELOCITY_ROWS, SPIN_ROWS = 0, 3, 6  # rows of a body in `Workspace.motion`, three each
+# Rows of a body in `Workspace.motion`, three each. Only places are polynomials.
+PLACE_ROWS, VELOCITY_ROWS, SPIN_ROWS, ACCELERATION_ROWS = 0, 3, 6, 9
 
 
 @inner
@@ -57,10 +59,7 @@ def load_body(body: BodyState, ws: Workspace, b: int) -> None:
         copy.axis[k], copy.position[k] = body.axis[k], body.position[k]
         motion[PLACE_ROWS + k][0] = body.position[k]
         motion[VELOCITY_ROWS + k][0], motion[SPIN_ROWS + k][0] = body.velocity[k], body.spin[k]
-    if body.response == 0.0:
-        for row in range(9):
-            for k in range(1, len(motion[row])):
-                motion[row][k] = 0.0
+        motion[ACCELERATION_ROWS + k][0] = 0.0
 
 
 @inner
@@ -94,7 +93,7 @@ def separation_coefficient(
     c: ContactState, ws: Workspace, row: int, k: int
 ) -> tuple[float, float, float]:
     """
-    Coefficient k of the way from body b to body a: of the place, or of its change.
+    Coefficient k of the way from body b to body a: of the place, or of its derivatives.
 
     If body b is fixed, the way begins at the point of it that is nearest to body a.
     """
@@ -222,6 +221,16 @@ def swing_back(contacts: list[ContactState], ws: Workspace, j: int) -> None:
 
 
 @inner
+def height_of(contacts: list[ContactState], ws: Workspace, ball: int) -> float:
+    """Distance of a ball from the plane below it, 0 if it presses that plane."""
+    for k in range(len(contacts)):
+        c = contacts[k]
+        if c.body_a == ball and ws.bodies[c.body_b].kind == PLANE and not is_active(c):
+            return -c.compression[0]
+    return 0.0
+
+
+@inner
 def meets_another(contacts: list[ContactState], ws: Workspace, j: int) -> bool:
     """Whether the ball of a tip's contact presses another ball or an edge."""
     ball = contacts[j].body_b
@@ -245,29 +254,61 @@ def free_tips(contacts: list[ContactState], ws: Workspace) -> None:
 
 
 @inner
-def push_bodies(ws: Workspace, c: ContactState, impulses: Vector, at: int) -> None:
-    """Add the effect of impulses of a contact to coefficient `at` of the motion of its bodies."""
+def push_bodies(ws: Workspace, c: ContactState, impulses: Vector, row: int, at: int) -> None:
+    """
+    Add the effect of impulses of a contact on its bodies to coefficient `at` of three rows.
+
+    If these are the velocities, the impulses change the spins, too.
+    """
     n, t, s = c.normal, c.tangent_1, c.tangent_2
     one, other = ws.bodies[c.body_a], ws.bodies[c.body_b]
     a, b = ws.motion[c.body_a], ws.motion[c.body_b]
-    rubs = impulses[1] != 0.0 or impulses[2] != 0.0
+    turns = row == VELOCITY_ROWS and (impulses[1] != 0.0 or impulses[2] != 0.0)
     along = 0.0
     for k in range(3):
         change = impulses[0] * n[k] + impulses[1] * t[k] + impulses[2] * s[k]
-        turn = impulses[1] * s[k] - impulses[2] * t[k]
         along += change * one.axis[k]
-        a[VELOCITY_ROWS + k][at] += one.across * change
-        b[VELOCITY_ROWS + k][at] -= other.across * change
-        if rubs:  # both balls by -n x impulse
+        a[row + k][at] += one.across * change
+        b[row + k][at] -= other.across * change
+        if turns:  # both balls by -n x impulse
+            turn = impulses[1] * s[k] - impulses[2] * t[k]
             a[SPIN_ROWS + k][at] -= one.turning * turn
             b[SPIN_ROWS + k][at] -= other.turning * turn
     if one.kind == TIP_BODY:
         for k in range(3):
-            a[VELOCITY_ROWS + k][at] += (one.response - one.across) * along * one.axis[k]
+            a[row + k][at] += (one.response - one.across) * along * one.axis[k]
 
 
 @inner
-def expand_motion(
+def drift(ws: Workspace, count: int, time: float) -> None:
+    """Move bodies by their velocities for a time."""
+    for b in range(count):
+        motion = ws.motion[b]
+        for k in range(3):
+            motion[PLACE_ROWS + k][0] += time * motion[VELOCITY_ROWS + k][0]
+
+
+@inner
+def find_accelerations(
+    count: int, contacts: list[ContactState], ws: Workspace, order: int, x: float
+) -> None:
+    """Write the accelerations of bodies under the forces of a step at x."""
+    forces = ws.vector[0]
+    for b in range(count):
+        for k in range(3):
+            ws.motion[b][ACCELERATION_ROWS + k][0] = 0.0
+    for j in range(len(contacts)):
+        c = contacts[j]
+        if is_active(c):
+            rubs = resists(c)
+            forces[0] = evaluate(c.force, order - 1, x)
+            forces[1] = evaluate(c.friction_1, order - 1, x) if rubs else 0.0
+            forces[2] = evaluate(c.friction_2, order - 1, x) if rubs else 0.0
+            push_bodies(ws, c, forces, ACCELERATION_ROWS, 0)
+
+
+@inner
+def expand_distances(
     count: int,
     contacts: list[ContactState],
     ws: Workspace,
@@ -275,31 +316,43 @@ def expand_motion(
     order: int,
     length: float,
 ) -> None:
-    """Fill the polynomials of bodies, and those of the open contacts, for x up to a length."""
-    motion, impulses = ws.motion, ws.vector[0]
-    for b in range(count):
-        if ws.bodies[b].response > 0.0:
-            for row in range(VELOCITY_ROWS, 9):
-                for k in range(1, order + 1):
-                    motion[b][row][k] = 0.0
+    """Fill the polynomials of open contacts, for x up to a length: constants if none may close."""
+    some_may_close = False
     for j in range(len(contacts)):
         c = contacts[j]
-        if c.normal_mode != INACTIVE:
-            rubs = resists(c)
-            for k in range(order):
-                factor = scale / (k + 1)
-                impulses[0] = factor * c.force[k]
-                impulses[1] = factor * c.friction_1[k] if rubs else 0.0
-                impulses[2] = factor * c.friction_2[k] if rubs else 0.0
-                push_bodies(ws, c, impulses, k + 1)
+        if c.normal_mode == INACTIVE:
+            some_may_close = some_may_close or c.hold != GONE
+            for k in range(1, order + 1):
+                c.compression[k] = c.velocity[k] = 0.0
+    if some_may_close:
+        expand_places(count, contacts, ws, scale, order)
+        for j in range(len(contacts)):
+            if contacts[j].normal_mode == INACTIVE and contacts[j].hold != GONE:
+                expand_distance(contacts[j], ws, scale, order, length)
+
+
+@inner
+def expand_places(
+    count: int, contacts: list[ContactState], ws: Workspace, scale: float, order: int
+) -> None:
+    """Fill the polynomials of the places of bodies."""
+    shifts = ws.vector[0]
     for b in range(count):
-        if ws.bodies[b].response > 0.0:
-            for row in range(3):
-                for k in range(order):
-                    motion[b][row][k + 1] = scale * motion[b][VELOCITY_ROWS + row][k] / (k + 1)
+        motion = ws.motion[b]
+        for row in range(3):
+            motion[row][1] = scale * motion[VELOCITY_ROWS + row][0]
+            for k in range(2, order + 1):
+                motion[row][k] = 0.0
     for j in range(len(contacts)):
-        if contacts[j].normal_mode == INACTIVE:
-            expand_distance(contacts[j], ws, scale, order, length)
+        c = contacts[j]
+        if is_active(c):
+            rubs = resists(c)
+            for k in range(order - 1):
+                factor = scale * scale / ((k + 1) * (k + 2))
+                shifts[0] = factor * c.force[k]
+                shifts[1] = factor * c.friction_1[k] if rubs else 0.0
+                shifts[2] = factor * c.friction_2[k] if rubs else 0.0
+                push_bodies(ws, c, shifts, PLACE_ROWS, k + 2)
 
 
 @inner
@@ -310,7 +363,7 @@ def expand_distance(
     Fill the polynomials of an open contact.
 
     Its compression is (D^2 - d^2) / (2 D) for a distance d that closes at D, because the square of
-    d is a polynomial. If the bodies cannot close in this step, the polynomials are constants.
+    d is a polynomial. If the bodies cannot close in this step, its polynomials stay constants.
     """
     way = ws.polynomials
     farthest = 0.0  # largest distance that one body can move relative to the other
@@ -322,9 +375,7 @@ def expand_distance(
             power *= length
             farthest += power * (abs(x) + abs(y) + abs(z))
     left = abs(c.compression[0])
-    if c.hold == GONE or farthest * (c.closing_distance + left) < left * c.closing_distance:
-        for k in range(1, order + 1):
-            c.compression[k] = c.velocity[k] = 0.0
+    if farthest * (c.closing_distance + left) < left * c.closing_distance:
         return
     for k in range(1, order + 1):
         half = 0.0  # of coefficient k of d^2
@@ -336,21 +387,6 @@ def expand_distance(
                 half += 0.5 * r[k // 2] * r[k // 2]
         c.compression[k] = -half / c.closing_distance
         c.velocity[k - 1] = half * k / (scale * c.closing_distance)
-
-
-@inner
-def advance_motion(
-    count: int, contacts: list[ContactState], ws: Workspace, order: int, x: float
-) -> None:
-    """Move bodies to x on their polynomials, and update the open contacts."""
-    for b in range(count):
-        if ws.bodies[b].response > 0.0:
-            for row in range(9):
-                series = ws.motion[b][row]
-                series[0] = evaluate(series, order, x)
-    for j in range(len(contacts)):
-        if contacts[j].normal_mode == INACTIVE:
-            measure(contacts[j], ws)
 
 
 @inner
@@ -384,13 +420,14 @@ def take_normal(
     contacts, ws, j
         The contacts, the workspace, and the number of the contact.
     lead : float
-        The normal is that of so much later, as the bodies move now.
+        The normal is that of so much later, see turning.py.
 
     """
     c, impulse = contacts[j], ws.vector[0]
     for k in range(3):
         impulse[k] = impulse_along(c, k)
     turn_axes(c, ws, lead)
+    c.is_turned = False
     c.impulse, c.impulse_1 = dot(c.normal, impulse), dot(c.tangent_1, impulse)
     c.impulse_2 = dot(c.tangent_2, impulse)
     normal, first, second = velocity_of(c, ws)
@@ -413,7 +450,8 @@ def turn_axes(c: ContactState, ws: Workspace, lead: float) -> None:
     """
     Align the axes of a contact with its bodies; turn the first tangent as little as possible.
 
-    The axes are those of a time `lead` later. The normal of a shaft is the axis of its cue.
+    The axes are those of a time `lead` later, with the factor 1/3 for accelerations of turning.py.
+    The normal of a shaft is the axis of its cue.
     """
     axes, direction = ws.polynomials, c.normal
     x, y, z = separation_coefficient(c, ws, PLACE_ROWS, 0)
@@ -421,8 +459,9 @@ def turn_axes(c: ContactState, ws: Workspace, lead: float) -> None:
         axis = ws.bodies[c.body_a].axis
         x, y, z = axis[0], axis[1], axis[2]
     if lead > 0.0:
-        u, v, w = separation_coefficient(c, ws, VELOCITY_ROWS, 0)
-        x, y, z = x + lead * u, y + lead * v, z + lead * w
+        for row, factor in ((VELOCITY_ROWS, lead), (ACCELERATION_ROWS, lead * lead / 3.0)):
+            u, v, w = separation_coefficient(c, ws, row, 0)
+            x, y, z = x + factor * u, y + factor * v, z + factor * w
     size = sqrt(x * x + y * y + z * z)
     direction[0], direction[1], direction[2] = x / size, y / size, z / size
     contact_axes(direction, c.tangent_1, direction, axes, 0)

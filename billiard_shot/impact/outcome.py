@@ -12,6 +12,7 @@ from billiard_shot.impact.moving_bodies import (
     impulse_along,
     push_bodies,
     store_body,
+    VELOCITY_ROWS,
 )
 from billiard_shot.impact.options import METHOD_OPTIONS
 from billiard_shot.impact.shaft import logged_contacts
@@ -49,6 +50,8 @@ class ContactResult:
     slid_to_peak: float
     began: float
     touched: float
+    # [m] Largest distance of a ball from the cloth when a tip closed on it again.
+    lifted: float
     # Least margin of a decision between restitution and recompression, relative to the peak of
     # compression; infinite without a decision. Near 0, the result is close to a discontinuity.
     discontinuity_margin: float
@@ -127,7 +130,7 @@ def finish_bodies(
             impulses[0] = units.impulse * c.impulse
             impulses[1] = units.impulse * c.impulse_1
             impulses[2] = units.impulse * c.impulse_2
-            push_bodies(ws, c, impulses, 0)
+            push_bodies(ws, c, impulses, VELOCITY_ROWS, 0)
     for b in range(m.bodies):
         ws.bodies[b].lost *= units.impulse * units.speed
         store_body(results.bodies[number * m.bodies + b], ws, b)
@@ -139,7 +142,7 @@ def clear_result(result: ContactResult, length: float) -> None:
     result.impulse, result.impulse_1, result.impulse_2 = 0.0, 0.0, 0.0
     result.restitution_loss, result.friction_loss = 0.0, 0.0
     result.final_slip, result.slid, result.slid_to_peak = 0.0, 0.0, 0.0
-    result.began, result.touched = 0.0, 0.0
+    result.began, result.touched, result.lifted = 0.0, 0.0, 0.0
     result.discontinuity_margin, result.length = inf, length
     result.closings = 0
 
@@ -159,6 +162,7 @@ def write_result(m: Model, c: ContactState, result: ContactResult, units: Units)
     result.final_slip, result.slid = speed * c.final_slip, speed * units.time * c.slid
     result.slid_to_peak = speed * units.time * c.slid_to_peak
     result.began, result.touched = units.time * c.began, units.time * c.touched
+    result.lifted = speed * units.time * c.lifted
     result.discontinuity_margin, result.closings = c.discontinuity_margin, c.closings
 
 

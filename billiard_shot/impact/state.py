@@ -113,6 +113,7 @@ class ContactState:
     slid: float  # way that the bodies slipped until the contact ended first,
     slid_to_peak: float  # and the part of it before the largest compression
     began: float  # time at which the contact became active last
+    lifted: float  # largest distance of body b from its plane when the contact closed again
     touched: float  # time that it was active in all
     discontinuity_margin: float  # least margin of a restitution decision, relative to the peak
     closings: int  # how often it became active
@@ -122,6 +123,7 @@ class ContactState:
     body_b: int
     is_tip: bool  # whether body a is the tip of a cue
     keeps_normal: bool  # while it is pressed
+    is_turned: bool  # it has the normal of the moment at which it was about to slip
     max_closings: int
     hold: int  # a `Hold`
     closing_distance: float
@@ -245,7 +247,7 @@ class Workspace(NamedTuple):
     history: Any  # (HISTORY, SECTION N) of geometric_tail.py
     hashes: Any  # (HISTORY,)
     bodies: list[BodyState]  # 2 N + 2, of moving_bodies.py
-    motion: Any  # (2 N + 2, 9, MAX_COEFFICIENTS) one matrix per body
+    motion: Any  # (2 N + 2, 12, MAX_COEFFICIENTS) one matrix per body
 
 
 def workspace(storage: Storage, count: int, tableau: tuple[Any, ...]) -> Workspace:
@@ -270,7 +272,7 @@ def workspace(storage: Storage, count: int, tableau: tuple[Any, ...]) -> Workspa
         history=zeros(HISTORY, SECTION * count),
         hashes=storage.array(np.zeros(HISTORY, np.int64)),
         bodies=storage.records(BodyState, 2 * count + 2),
-        motion=zeros(2 * count + 2, 9, MAX_COEFFICIENTS),
+        motion=zeros(2 * count + 2, 12, MAX_COEFFICIENTS),
     )
 
 

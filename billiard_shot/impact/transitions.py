@@ -8,13 +8,21 @@ from billiard_shot.impact.events import (
     CONE_EXIT,
     ImpactEvent,
     NORMAL_REVERSAL,
+    RESTITUTION_END,
     SLIP_STOP,
     SPRING_EXHAUSTED,
     TIP_CLEAR,
 )
 from billiard_shot.impact.friction import eliminate_sticking, start_slip
 from billiard_shot.impact.laws import elastic_energy, opening, POISSON
-from billiard_shot.impact.moving_bodies import free_tips, part, push_bodies, take_normal
+from billiard_shot.impact.moving_bodies import (
+    free_tips,
+    height_of,
+    part,
+    push_bodies,
+    take_normal,
+    VELOCITY_ROWS,
+)
 from billiard_shot.impact.options import METHOD_OPTIONS
 from billiard_shot.impact.shear import begin_drag, shear_force, spring_energy
 from billiard_shot.impact.state import (
@@ -38,6 +46,7 @@ from billiard_shot.impact.state import (
     stop_slip,
     Workspace,
 )
+from billiard_shot.impact.turning import turn_now
 from billiard_shot.numerics.polynomial import evaluate
 
 
@@ -65,6 +74,11 @@ def apply(
     """
     j = event.contact
     c = contacts[j]
+    if m.interval < inf and sticks(c) and not (c.keeps_normal or c.is_turned):
+        if event.kind in (CONE_EXIT, RESTITUTION_END):
+            turn_now(m, contacts, ws, j)
+        if event.kind == CONE_EXIT:  # if it leaves the cone with that normal, too, it slips
+            return True
     if event.kind == TIP_CLEAR:
         c.hold, c.compression[0] = FREE, 0.0
         return False
@@ -92,6 +106,8 @@ def apply(
             take_normal(m.planar, contacts, ws, j, lead)
         activate(c, known and not m.distances)
         if m.moves:
+            if c.closings > 1:
+                c.lifted = max(c.lifted, height_of(contacts, ws, c.body_b))
             free_tips(contacts, ws)
     else:
         if event.kind == SPRING_EXHAUSTED:
@@ -269,7 +285,7 @@ def apply_remaining_impulse(m: Model, contacts: list[ContactState], ws: Workspac
             if m.moves:
                 for i in range(3):
                     ws.residual[i] = amount * push[3 * k + i]
-                push_bodies(ws, d, ws.residual, 0)
+                push_bodies(ws, d, ws.residual, VELOCITY_ROWS, 0)
         remaining -= amount
         if remaining > 0.0:
             c.friction_mode = FRICTIONLESS  # it stopped; no spring sets a direction

@@ -55,6 +55,16 @@ def integral(c: Vector, count: int, x: float) -> float:
 
 
 @inner
+def integrals(c: Vector, count: int, x: float) -> tuple[float, float]:
+    """Integral from 0 to x of a polynomial with `count` coefficients, and the integral of it."""
+    once, twice = 0.0, 0.0
+    for k in range(count - 1, -1, -1):
+        term = c[k] / (k + 1)
+        once, twice = once * x + term, twice * x + term / (k + 2)
+    return once * x, twice * x * x
+
+
+@inner
 def product_integral(a: Vector, b: Vector, count: int, x: float) -> float:
     """Integral from 0 to x of the first `count` terms of the product of two polynomials."""
     total, power = 0.0, x

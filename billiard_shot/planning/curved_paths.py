@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from billiard_shot.planning.limits import raise_for_clearance
 from billiard_shot.planning.problem import Problem
 from billiard_shot.planning.routes import Candidates, spread_of, strokes_within
+from billiard_shot.planning.runner import Runner
 from billiard_shot.planning.statistics import quasi_random
 from billiard_shot.planning.waypoints import distances_from, MIN_CUT_COSINE, Waypoint
-from billiard_shot.planning.runner import Runner
 from billiard_shot.records import Array, ROWS
 from billiard_shot.scene.player import AZIMUTH, ELEVATION
 from billiard_shot.shot.accuracy import Accuracy

@@ -184,9 +184,7 @@ def _gentlest_first(ranking: tuple[RankedStroke, ...]) -> tuple[RankedStroke, ..
     """Put the strokes that may be as good as the first one in the order of their speeds."""
     best = ranking[0].success if ranking else 0.0
     as_good = [
-        each
-        for each in ranking
-        if each.interval[1] >= best and each.success >= best - AS_GOOD
+        each for each in ranking if each.interval[1] >= best and each.success >= best - AS_GOOD
     ]
     others = [each for each in ranking if each not in as_good]
     return (*sorted(as_good, key=lambda each: each.stroke.speed), *others)

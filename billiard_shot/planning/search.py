@@ -14,7 +14,6 @@ from billiard_shot.planning.evaluate import Outcomes
 from billiard_shot.planning.places import draw_places, for_each
 from billiard_shot.planning.problem import Problem
 from billiard_shot.planning.result import RankedStroke
-from billiard_shot.planning.routes import Candidates
 from billiard_shot.planning.runner import Runner, StoppedError
 from billiard_shot.planning.stages import next_stage, Stage, untried
 from billiard_shot.planning.statistics import wilson_interval
@@ -137,9 +136,7 @@ def _agree(winners: list[float], samples: int) -> bool:
     return wilson_interval(second * samples, samples)[1] >= first
 
 
-def choose_candidates(
-    stage: Stage, count: int, draws: np.random.Generator
-) -> NDArray[np.int64]:
+def choose_candidates(stage: Stage, count: int, draws: np.random.Generator) -> NDArray[np.int64]:
     """
     Choose candidates with a value, then those with the smallest penalty, in turn from all routes.
 

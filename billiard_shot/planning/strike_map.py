@@ -3,14 +3,15 @@ Local maps of the strike: cubic polynomials in place of solved impacts.
 
 The azimuth of a stroke only turns velocity and spin of the ball. Over the speed of the cue, these
 are a function of the offsets a and b, of the elevation, and a little of that speed. A map divides
-the four into cells, and fits a polynomial to exact strikes in each cell that a search needs. A
-cell is used only if other exact strikes, which had no part in the fit, agree with it. A cell with
-miscues, kinks or discontinuities, in which the tip meets the ball twice in a strike, or that
-contains `NORMALS_MOVE_FROM`, is divided into eight by a, b and elevation, and each of these is
-fitted where a search needs it. Some corners are solved first: if most of them show a miscue or a
-second hit, as in most cells of steep strokes, the cell is neither fitted nor divided. Strokes in
-such cells, in cells that are too small to be divided, or that have few strokes, are solved
-exactly. The sign of a mirrors a strike.
+the four into cells, the speed by its ratio, and fits a polynomial to exact strikes in each cell
+that a search needs. A cell is used only if other exact strikes, which had no part in the fit,
+agree with it. A cell with miscues, kinks or discontinuities, or in which the tip meets the ball
+twice in a strike, is divided into eight by a, b and elevation, and each of these is fitted where a
+search needs it. Some corners are solved first: if most of them show a miscue or a second hit, as
+in most cells of steep strokes, the cell is neither fitted nor divided. Strokes in such cells, in
+cells that are too small to be divided, or that have few strokes, are solved exactly. The sign of a
+mirrors a strike. The cue goes on from where its tip touched the ball: the strike would have left
+it up to 0.1 mm beside.
 
 Cells that choose strokes may have larger errors than those with which their success is stated.
 """
@@ -27,8 +28,8 @@ from numpy.typing import NDArray
 from billiard_shot.planning.statistics import quasi_random
 from billiard_shot.planning.strikes import strike_alone
 from billiard_shot.records import Array
-from billiard_shot.scene.player import A, AZIMUTH, B, ELEVATION, SPEED
-from billiard_shot.shot.strike_model import NORMALS_MOVE_FROM, StrikeModel
+from billiard_shot.scene.player import A, AZIMUTH, B, SPEED
+from billiard_shot.shot.strike_model import StrikeModel
 from billiard_shot.table.mapped_strike import (
     ALL_SOLVED,
     EXPONENTS,
@@ -39,16 +40,16 @@ from billiard_shot.table.mapped_strike import (
     VARIED,
 )
 
-# Of the largest cells: a and b (ball radii), elevation (rad); and of all cells: speed (m/s).
-SIZES = np.array([0.2, 0.1, 0.08, 6.0])
+SIZES = np.array([0.2, 0.1, 0.08])  # of the largest cells: a and b (ball radii), elevation (rad)
+SPEED_RATIO = 4.0  # of the fastest and the slowest stroke of a cell
 LEVELS = 4  # sizes of cells, each half of the last
 FITTED_STRIKES, HELD_OUT = 40, 14  # exact strikes in a cell
 # Their places in the cell, -1 to 1: the first are near its corners, where miscues begin. No two of
 # the first half of the corners, which are solved first, are neighbours.
-SIGNS = 2.0 * np.array(list(np.ndindex(*(2,) * len(SIZES)))) - 1.0
+SIGNS = 2.0 * np.array(list(np.ndindex(*(2,) * len(VARIED)))) - 1.0
 CORNERS = 0.98 * SIGNS[np.argsort(-SIGNS.prod(axis=1), kind='stable')]
 PROBES = len(CORNERS) // 2
-INSIDE = 2.0 * quasi_random(FITTED_STRIKES + HELD_OUT - len(CORNERS), len(SIZES)) - 1.0
+INSIDE = 2.0 * quasi_random(FITTED_STRIKES + HELD_OUT - len(CORNERS), len(VARIED)) - 1.0
 PLACES = np.concatenate([CORNERS, INSIDE])
 TERMS_THERE = np.prod(PLACES[:, np.newaxis] ** EXPONENTS, axis=2)
 LEAST_SQUARES = np.linalg.pinv(TERMS_THERE[:FITTED_STRIKES])
@@ -60,13 +61,18 @@ DEVIATION_SHARE, STRICT_SHARE = 0.2, 0.02
 USUAL_SPEED, FASTEST = 2.0, 18.0  # m/s: faster strokes are not mapped
 
 Cell: TypeAlias = tuple[int, int, int, int, int]
-"""Level, and how many sizes of a cell of this level its corner is away from zero."""
+"""Level; how many sizes of a cell of this level its corner is away from zero; its slowest stroke.
+
+The last one is a power of SPEED_RATIO, in m/s.
+"""
 
 
-def sizes_of(level: int) -> Array:
-    """Return the sizes (4,) of the cells of a level, as of `SIZES`."""
-    sizes: Array = SIZES / (2**level, 2**level, 2**level, 1)
-    return sizes
+def extent_of(cell: Cell) -> tuple[Array, Array]:
+    """Return the middle (4,) of a cell, and half of its sizes, in the units of `Mapped`."""
+    level, *corner, power = cell
+    slowest, sizes = SPEED_RATIO**power, SIZES / 2**level
+    half = 0.5 * np.append(sizes, (SPEED_RATIO - 1.0) * slowest)
+    return np.append(corner * sizes, slowest) + half, half
 
 
 class Fit(NamedTuple):
@@ -141,18 +147,18 @@ class Maps:
             ]
             self.fits.update(zip(missing, fit(missing), strict=True))
             numbers = np.full(len(cells), SOLVED)
+            divided = np.zeros(len(cells), np.bool_)
             for i in np.flatnonzero(pays).tolist():
+                divided[i] = self.fits[cells[i]].divides
                 if (self.fits[cells[i]].errors <= bounds).all():
-                    numbers[i] = len(used)
+                    numbers[i], divided[i] = len(used), False
                     used.append(cells[i])
             number[left] = numbers[owner]
-            divided = [each and self.fits[cell].divides for cell, each in zip(cells, pays, strict=True)]
-            left = left[(np.array(divided, bool) & (numbers == SOLVED))[owner]]
-        sizes = np.array([sizes_of(cell[0]) for cell in used]).reshape(-1, len(SIZES))
-        corners = np.array([cell[1:] for cell in used], float).reshape(-1, len(SIZES))
+            left = left[divided[owner]]
+        extents = np.array([extent_of(cell) for cell in used]).reshape(-1, 2, len(VARIED))
         coefficients = [self.fits[cell].coefficients for cell in used]
         stacked = np.array(coefficients).reshape(-1, TERMS, MOTION)
-        return Mapped(strokes, number, (corners + 0.5) * sizes, 0.5 * sizes, stacked)
+        return Mapped(strokes, number, extents[:, 0], extents[:, 1], stacked)
 
 
 @lru_cache(maxsize=8)
@@ -183,15 +189,13 @@ def bounds_of(sigmas: Array) -> Array:
 
 def fit_cell(model: StrikeModel, cell: Cell) -> Fit:
     """Fit a polynomial to exact strikes in a cell, and find its error in others."""
-    strokes = np.zeros((len(PLACES), 5))
-    strokes[:, VARIED] = (np.array(cell[1:]) + 0.5 + 0.5 * PLACES) * sizes_of(cell[0])
-    elevations = strokes[:, ELEVATION]
-    jumps = elevations.min() < NORMALS_MOVE_FROM < elevations.max()
+    strokes, (middle, half) = np.zeros((len(PLACES), 5)), extent_of(cell)
+    strokes[:, VARIED] = middle + half * PLACES
     regular = strike_alone(model, strokes[:PROBES]).regular
-    if regular.all() and not jumps:
+    if regular.all():
         struck = strike_alone(model, strokes)
         regular = struck.regular
-    if jumps or not regular.all():
+    if not regular.all():
         return Fit(np.zeros((TERMS, MOTION)), np.full(MOTION, np.inf), bool(regular.mean() > 0.5))
     exact = np.column_stack(struck[:3]) / strokes[:, [SPEED]]
     found: Array = LEAST_SQUARES @ exact[:FITTED_STRIKES]
@@ -202,11 +206,13 @@ def fit_cell(model: StrikeModel, cell: Cell) -> Fit:
 
 def _cells_of(strokes: Array, level: int) -> tuple[list[Cell], NDArray[np.int64], list[int]]:
     """Find the cells of a level, the number of the cell of each stroke, and strokes in each."""
-    places = strokes[:, VARIED] / sizes_of(level)
+    places = strokes[:, VARIED]
+    places[:, :3] /= SIZES / 2**level
     places[:, 0] = np.abs(places[:, 0])
+    places[:, 3] = np.log(places[:, 3]) / math.log(SPEED_RATIO)
     indices = np.floor(places).astype(np.int64)
     a, b, elevation, speed = indices.T
-    keys = ((a * 4096 + b + 2048) * 4096 + elevation + 2048) * 4096 + speed
+    keys = ((a * 4096 + b + 2048) * 4096 + elevation + 2048) * 4096 + speed + 2048
     _, first, owner, counts = np.unique(
         keys, return_index=True, return_inverse=True, return_counts=True
     )

@@ -49,8 +49,7 @@ class Effects:
     cluster : str
         If `off`, touching bodies collide in pairs, one after the other.
     double_hit : str
-        If `off`, the cue is gone after the strike, and during the strike the normals stay as they
-        are at the first touch.
+        If `off`, the cue is gone after its first hit.
 
     """
 

@@ -106,7 +106,8 @@ class Cue:
         point on the axis. Common tips have the curvature of a dime, 9 mm, or a nickel, 10.6 mm.
     follow_through : float
         Distance that the cue goes on after the strike [m], above 0 and at most 20; it may hit the
-        ball again. By default 0.15 m, see `FOLLOW_THROUGH`.
+        ball again. By default 0.15 m, see `FOLLOW_THROUGH`. A cue that is slower than 0.8 m/s
+        goes less far, by the square of its speed.
 
     """
 

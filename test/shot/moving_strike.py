@@ -20,7 +20,7 @@ def strike(model, places, axes, normals, speeds, table=ENDLESS, **changes):
     strokes = Strokes(normals, axes * speeds[:, np.newaxis], nothing_around(0.0, 1.0))
     starts = ball_starts(1, len(places))
     starts['position'] = places
-    params = cue_params(model, table)._replace(normals_move_from=-1.0, **changes)
+    params = cue_params(model, table)._replace(**changes)
     surface = model.surface._replace(cloth_restitution=-1.0)  # a bounce has no impulse
     return run_tables(
         TableTask(surface, table, starts, 1.0, cue=params, strokes=strokes, until=0.0)

@@ -98,7 +98,7 @@ class TipCurvature(EffectGate[ShotContext]):
 
 
 class DoubleHit(EffectGate[ShotContext]):
-    """If off, the cue is gone after the strike, which keeps the normals of the first touch."""
+    """If off, the cue is gone after its first hit."""
 
     name = 'double_hit'
     condition = 'the cue, following through, hits the ball again'
