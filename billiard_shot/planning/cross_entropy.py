@@ -27,8 +27,8 @@ OFFSET_SIGMA = 0.12  # ball radii: of the offsets of candidates
 ELEVATION_SIGMA = 0.02  # rad: of their elevations
 SPEED_SIGMA = 0.2  # relative: of their speeds
 ELITE_SHARE = 0.25  # of the samples: the best ones, if fewer succeed
-# Of each iteration: scale of the candidates' sigmas (0: execution noise alone), and samples of each
-# stroke. Half of the population goes on to the next one, but at least `FEWEST`: the best
+# Of each iteration: scale of the candidates' sigmas (0: execution noise alone), and the samples of
+# each stroke. Half of the population goes on to the next one, but at least `FEWEST`: the best
 # `OF_A_ROUTE` strokes of the best routes. A route that needs accurate strokes looks bad among the
 # wide errors of the first iterations, and may be the best in the end.
 SCHEDULE = ((1.0, 12), (0.7, 24), (0.5, 48), (0.3, 96), (0.15, 192), (0.0, 384))

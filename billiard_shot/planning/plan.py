@@ -25,6 +25,7 @@ from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.scene.values import positive, whole
 from billiard_shot.status import Status
 
+NARROW = 0.1  # width of the interval of a best stroke that may be called converged
 AS_GOOD = 0.02  # of success: strokes that have less than the best by more are not as good
 USUAL_SECONDS = 1.0  # s: time of a search for which somebody waits
 PLACES_TRIED = 4  # of a cue ball in hand, for breaks and if it has to come to rest at a place
@@ -165,6 +166,8 @@ def _result(problem: Problem, runner: Runner, found: Found, begin: float) -> Pla
     ranking = tuple(each for each in found.finalists if each.value > 0.0)
     if runner.value is None:
         ranking = _gentlest_first(ranking)
+    if ranking and ranking[0].width > NARROW:
+        found = found._replace(converged=False)
     status, message = _outcome(ranking, found, runner, Kind(problem.goal[0]['kind']))
     if status == Status.NO_PLAN and isinstance(problem.target, Pot) and not runner.late:
         why = why_not_straight(problem.scene, problem.target, problem.limits.keep)

@@ -91,6 +91,12 @@ class RankedStroke:
         """Lower end of the 95 % interval of the value (Wilson)."""
         return wilson_interval(self.value * self.trials, self.trials)[0]
 
+    @property
+    def width(self) -> float:
+        """Width of the 95 % interval of the value."""
+        low, high = wilson_interval(self.value * self.trials, self.trials)
+        return high - low
+
     @cached_property
     def shot(self) -> Shot:
         """Prediction of the stroke without errors; computed when first used."""
@@ -156,7 +162,8 @@ class PlanResult(Shown):
     noise : Noise
         Execution noise under which the success was estimated.
     converged : bool
-        Whether two searches from different random numbers agree on the success of the best stroke.
+        Whether two searches from different random numbers agree on the success of the best stroke,
+        and its interval is not wider than 0.1.
     place : (x, y), optional
         Where to put a cue ball in hand [m], if the plan was asked for that.
 

@@ -26,7 +26,6 @@ MIN_EFFORT = 0.3  # share of these numbers for a small budget or a short time
 REFINED = 80  # candidates of a stage that are refined
 RACERS, FINAL_STROKES = 6, 4  # strokes that race; strokes that get held-out trials
 RACE_TRIALS = (100, 100, 200, 400)  # of each stroke that still races, in the rounds of a race
-NARROW = 0.1  # width of the interval of a success that a search may call converged
 SURE_SUCCESS = 0.98  # lower bound of the success at which the race ends
 WINNER_TRIALS, OTHER_TRIALS = 1500, 400  # held-out trials of the winner; of each other
 MAX_ROUNDS = 5  # of which two must agree
@@ -45,8 +44,7 @@ class Found(NamedTuple):
     finalists: list[RankedStroke]
     penalty: float  # smallest of all candidates, see `Outcomes`
     cancelled: bool  # then the finalists have the estimates so far
-    # Two searches from different random numbers agree on the success, and its interval is narrow.
-    converged: bool
+    converged: bool  # two searches from different random numbers agree on the success
     untried: tuple[str, ...]  # kinds of candidates that were called for, but not tried
 
 
@@ -93,9 +91,6 @@ def search(problem: Problem, runner: Runner, seed: int) -> Found:
         runner.best = max(winners, default=0.0)
         runner.reserved = 0
         finalists = run_race(problem, runner, best_of(found), draws, effort_of(runner))
-        if finalists:
-            low, high = finalists[0].interval
-            converged = converged and high - low <= NARROW
         kinds = untried(stages, runner.best)
         return Found(finalists, nearest, cancelled=False, converged=converged, untried=kinds)
     except StoppedError:

@@ -445,6 +445,25 @@ def test_a_time_longer_than_any_search_is_none():
     assert plan(SCENE, target, budget=100, seconds=1e308).status is Status.OK
 
 
+def test_a_search_that_ends_early_says_what_it_did_not_try():
+    asked = {'pot': '8', 'leave': (-1.0, 0.5), 'radius': 0.01}
+    ended = plan(SCENE, asked, budget=60)
+    assert 'not tried: combinations' in ended.message
+    assert 'curves' in ended.message
+    polls = iter(range(10**6))
+    cancelled = plan(SCENE, asked, cancel=lambda: next(polls) > 3)
+    assert cancelled.status is Status.CANCELLED
+    assert 'not tried: ' in cancelled.message
+    assert 'not tried' not in plan(SCENE, {'hit': '8'}, budget=3000).message
+
+
+def test_a_wide_interval_is_not_converged():
+    for budget in (200, 4000):
+        result = plan('blocked', {'pot': '8'}, budget=budget)
+        low, high = result.ranking[0].interval
+        assert high - low <= 0.1 or not result.converged
+
+
 def test_a_time_before_the_first_stroke_says_so():
     none = plan(SCENE, {'pot': '8'}, seconds=1e-9)
     assert (none.status, none.simulations) == (Status.NO_PLAN, 0)
@@ -545,6 +564,28 @@ def test_a_stroke_that_does_wrong_without_errors_says_so():
     alone = plan('pool', {'rest': (1.0, 0.5)}, budget=1000).best  # a ball on an endless cloth
     assert alone.warning == ''
     assert replace(alone, stroke=aside).warning == 'without errors the target is missed'
+
+
+@pytest.mark.parametrize('seed', range(10))
+def test_intervals_hold_where_a_raised_cue_may_hit_twice(seed):
+    """Blockers raise the cue, which then hits twice in the strike; fresh errors judge."""
+    draw = np.random.default_rng(seed)
+    places = draw.uniform((-1.0, -0.5), (1.0, 0.5), (3, 2))
+    turn = draw.uniform(0.0, 2.0 * np.pi)
+    behind = places[0] + 0.12 * np.array([np.cos(turn), np.sin(turn)])
+    scene = table_with(
+        cue=tuple(places[0]), b1=tuple(places[1]), b2=tuple(behind), b3=tuple(places[2])
+    )
+    low = float(draw.uniform(20.0, 60.0))
+    limits = {'elevation_min_deg': low, 'elevation_max_deg': low + 15.0}
+    best = plan(scene, {'hit': '1'}, budget=1200, seed=seed, constraints=limits).best
+    offsets = scene.noise.sample(best.stroke.offsets, 1000, draw, scene.ball.radius)
+    batch = predict_batch(scene, offsets=offsets)
+    fouls = batch.refused | batch.miscue | batch.double_hit | batch.off_table.any(axis=1)
+    reached = ~fouls & (batch.first_met[:, 0] == 1) & (batch.pocket[:, 0] < 0)
+    sure = 2.0 * np.sqrt(max(reached.mean() * (1.0 - reached.mean()), 1e-3) / len(reached))
+    low, high = best.interval
+    assert low - sure <= reached.mean() <= high + sure
 
 
 def test_a_second_hit_of_the_cue_is_a_foul():
