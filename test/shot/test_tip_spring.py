@@ -79,9 +79,11 @@ def test_slow_and_off_centre_contacts_last_longer():
 
 
 def test_squirt_is_that_of_measured_cues():
-    found = squirt([0.1, 0.3, 0.5], 2.0)
+    """At half a radius the tip slips: docs/limits.md."""
+    found = squirt([0.1, 0.3, 0.48], 2.0)
     assert (np.array([0.35, 0.75, 1.6]) < found).all()
     assert (found < np.array([0.55, 1.6, 2.6])).all()
+    assert squirt(0.5, 2.0)[0] > 2.6
 
 
 @BOTH_TIPS
