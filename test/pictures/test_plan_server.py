@@ -142,7 +142,10 @@ def test_a_plan_is_for_the_state_of_the_page(address, monkeypatch):
     ('request_', 'why'),
     [
         ({'state': {}, 'target': {'pot': '9'}}, 'target: pot must be one of 1, 8'),
-        ({'state': {}, 'target': {'pot': '8'}, 'seconds': -1}, 'seconds must be finite and above 0, got -1'),
+        (
+            {'state': {}, 'target': {'pot': '8'}, 'seconds': -1},
+            'seconds must be finite and above 0, got -1',
+        ),
         ({'state': {'balls': {'cue': [9, 0]}}, 'target': {'hit': '8'}}, 'balls.cue must be '),
         ({'state': {'parameters': {'cloth.colour': 1}}, 'target': {'hit': '8'}}, 'unknown'),
         ({'state': {'effects': ['wind']}, 'target': {'hit': '8'}}, 'wind'),
