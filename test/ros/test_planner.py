@@ -117,6 +117,7 @@ def asking(node, launch):
         'target:="{pot: \'8\', pocket: any}"',
         '-p',
         'budget:=2000',
+        '-p',
         'seconds:=0.0',
         '-r',
         'table_state:=seen_by_planner',
