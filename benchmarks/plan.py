@@ -6,6 +6,7 @@ Seeded scenes:
   tournaments, measured by fresh strokes and compared with a player who aims at the ghost ball and
   hits the middle;
 - balls that only a curve, massé or jump reaches, compared with brute force;
+- cues that are raised beside other balls, where the intervals of plans must hold;
 - pots that leave the cue ball at a place;
 - the same pots from several seeds;
 - tables of 15 balls, with one ball to be potted, two, or any; and the time of a cancellation.
@@ -33,6 +34,7 @@ from tools.plan_scenes import (
     noisy,
     position_scene,
     pot_scene,
+    raised_scene,
     TOURNAMENT,
 )
 from tools.timing import QUICK, Report, Time
@@ -119,14 +121,14 @@ def pots(report, clock, count, factor, seed):
         print(f'    {CUTS[cut]:3d} to {CUTS[cut + 1]:2d} degrees', *row)
 
 
-def blocked(report, clock, count, strokes):
-    """Compare plans with brute force if only a curve, massé or jump reaches the ball."""
-    draw = np.random.default_rng(3)
+def blocked(report, timed, count, strokes):
+    """Time plans if only a curve or jump reaches the ball; compare some with brute force."""
+    draw, clock = np.random.default_rng(3), Clock()
     reachable, planned, ratios = 0, 0, []
-    for i in range(count):
+    for i in range(timed):
         scene, target = blocked_scene(draw)
-        best = brute_force(scene, target, TOURNAMENT, strokes, i)
         result = clock.plan(scene, target, noise=TOURNAMENT, seed=i)
+        best = brute_force(scene, target, TOURNAMENT, strokes, i) if i < count else 0.0
         if best == 0.0:
             continue
         reachable += 1
@@ -140,6 +142,25 @@ def blocked(report, clock, count, strokes):
         f'{name}plans with 0.9 of its success', 100.0 * planned / max(1, reachable), '%', -90.0
     )
     report.row(f' {name}success over its, median', float(np.median(ratios)), '')
+    name = f'{timed} blocked balls: time to a plan, '
+    median = float(np.median(clock.seconds))
+    report.row(f'{name}median', Time(median, clock.median_cpu), 's', 2.0)
+    report.row(f'{name}95 %', float(np.percentile(clock.seconds, 95)), 's', 3.0)
+
+
+def raised(report, count):
+    """Check stated intervals where a raised cue may hit twice, beside blockers."""
+    draw, held = np.random.default_rng(13), 0
+    for i in range(count):
+        scene, target, limits = raised_scene(draw)
+        best = plan(scene, target, budget=1200, seed=i, constraints=limits).best
+        played = noisy(best.stroke.offsets, TOURNAMENT, HELD_OUT_TRIALS, 10_000 + i)
+        share = measured(scene, target, played)[0].mean()
+        # two standard errors of the share
+        sure = 2.0 * max(share * (1.0 - share), 1e-3) ** 0.5 / HELD_OUT_TRIALS**0.5
+        low, high = best.interval
+        held += low - sure <= share <= high + sure
+    report.row(f'{count} raised cues beside blockers: intervals that hold', held, '', -0.9 * count)
 
 
 def positions(report, clock, count):
@@ -243,7 +264,9 @@ def main():
     pots(report, clock, 200 if full else 15 if QUICK else 30, 1.0, 7)
     for factor in () if QUICK else (0.5, 2.0):
         pots(report, others, 200 if full else 15, factor, 8)
-    blocked(report, clock, 50 if full else 1 if QUICK else 3, 1_000_000 if full else 60_000)
+    timed, compared = (50, 50) if full else (3, 1) if QUICK else (20, 3)
+    blocked(report, timed, compared, 1_000_000 if full else 60_000)
+    raised(report, 3 if QUICK else 30)
     positions(report, clock, 100 if full else 2 if QUICK else 5)
     seeds(report, Clock(), 45 if full else 2 if QUICK else 6)
     crowded(report, 50 if full else 3 if QUICK else 8)

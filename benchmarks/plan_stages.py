@@ -86,7 +86,7 @@ def main():
         for variant, (module, changes) in VARIANTS.items():
             with changed(module, **changes):
                 results = [
-                    plan(*each, noise=TOURNAMENT, seed=i, budget=BUDGET, time_limit=SECONDS)
+                    plan(*each, noise=TOURNAMENT, seed=i, budget=BUDGET, seconds=SECONDS)
                     for i, each in enumerate(scenes)
                 ]
             success = 100.0 * np.array(

@@ -83,8 +83,7 @@ def _stages(problem: Problem, runner: Runner, draws: np.random.Generator) -> Ite
     made: list[Stage] = []
     best = 0.0
     while len(made) < len(KINDS) and (stage := next_stage(problem, runner, made, best)):
-        chosen = choose_candidates(stage.candidates, stage.outcomes, REFINED, draws)
-        population = population_of(stage, chosen)
+        population = population_of(stage, choose_candidates(stage, REFINED, draws))
         refined = tuple(refine(problem, runner, population, draws, effort=1.0))
         best = max([best, *(float(last.value[0]) for last in refined[-1:])])
         yield StoryStage(stage.name, stage.candidates.strokes, stage.outcomes.success, refined)

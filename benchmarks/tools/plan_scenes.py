@@ -94,6 +94,20 @@ def blocked_scene(draw):
             continue
 
 
+def raised_scene(draw):
+    """Scene, target and limits: a raised cue, with a ball behind the cue ball."""
+    while True:
+        places = draw.uniform((-1.0, -0.5), (1.0, 0.5), (3, 2))
+        turn = draw.uniform(0.0, 2.0 * np.pi)
+        behind = places[0] + 0.12 * np.array([math.cos(turn), math.sin(turn)])
+        names = ('cue', '8', '2', '1')
+        balls = dict(zip(names, np.vstack([places, behind]).tolist(), strict=True))
+        scene, low = can_lie(balls), float(draw.uniform(20.0, 60.0))
+        if scene:
+            limits = {'elevation_min_deg': low, 'elevation_max_deg': low + 15.0}
+            return scene, {'hit': '8'}, limits
+
+
 def position_scene(draw):
     """Scene, target, and a place where some stroke that pots the ball leaves the cue ball."""
     while True:
@@ -178,13 +192,13 @@ def measured(scene, target, strokes, tolerance=1e-4):
     """Whether strokes (n, 5) reach a target, and where the cue ball ends, from predict_batch."""
     batch = predict_batch(scene, *vectors_of(strokes), tolerance=tolerance)
     names = list(batch.names)
-    good = np.isin(batch.status, (0, 2, 5)) & ~batch.miscue
+    good = np.isin(batch.status, (0, 2, 5)) & ~batch.miscue & ~batch.double_hit
     if 'pot' in target:
         ball = names.index(target['pot'])
         good &= batch.pocket[:, ball] == POCKET_NAMES.index(target['pocket'])
-        good &= batch.pocket[:, 0] < 0
     else:
         good &= batch.first_met[:, 0] == names.index(target['hit'])
+    good &= batch.pocket[:, 0] < 0
     return good, batch.final_position[:, 0, :2]
 
 

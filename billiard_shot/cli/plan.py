@@ -29,6 +29,7 @@ from billiard_shot.pictures.view import write_page
 from billiard_shot.planning.dispersion import sample_outcomes
 from billiard_shot.planning.in_hand import IN_HAND_PLACES
 from billiard_shot.planning.limits import BALL_CONSTRAINTS, limits_of
+from billiard_shot.planning.plan import USUAL_SECONDS
 from billiard_shot.planning.search import NORMAL_BUDGET
 from billiard_shot.planning.statistics import percent
 from billiard_shot.planning.targets import KINDS, target_of
@@ -148,8 +149,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         limits.add_argument(option, type=float, metavar='NUMBER', help=LIMITS[field.name])
     add_search_arguments(parser, NORMAL_BUDGET, '')
     parser.add_argument(
-        '--time-limit', type=float, metavar='S', help='end the search after this time (s)'
+        '--seconds',
+        type=float,
+        metavar='S',
+        help=f'end the search after this time (default: {USUAL_SECONDS:g}; none with --budget)',
     )
+    parser.set_defaults(budget=None)  # to tell whether it is given
     add_format_arguments(parser)
     add_work_arguments(parser)
     files = parser.add_argument_group('files')
@@ -183,24 +188,27 @@ def run(options: argparse.Namespace) -> int:
     target = target_of(scene, _target(options))
     constraints = _constraints(options)
     limits_of(scene, constraints, noise)
-    for name, least in (('budget', 1), ('seed', 0)):
-        whole(f'--{name}', getattr(options, name), least)
+    seconds, budget = options.seconds, options.budget
+    if budget is None:
+        seconds, budget = seconds or USUAL_SECONDS, NORMAL_BUDGET
+    for name, value, least in (('budget', budget, 1), ('seed', options.seed, 0)):
+        whole(f'--{name}', value, least)
     with (
         working(options.workers, options.dask) as executor,
-        reporting('strokes', options.budget) as report,
+        reporting('strokes', budget) as report,
         interruptible() as pressed,
     ):
         result = billiard_shot.plan(
             scene,
             target,
             noise,
-            options.budget,
+            budget,
             options.seed,
             constraints,
             progress=lambda now: report(now.simulations),
             cancel=pressed,
             executor=executor,
-            time_limit=options.time_limit,
+            seconds=seconds,
             place=options.place,
         )
     chosen = result.ranking[options.rank - 1 : options.rank]

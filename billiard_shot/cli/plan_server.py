@@ -25,6 +25,7 @@ from tornado.web import Application, HTTPError, RequestHandler
 from billiard_shot import plan, Scene
 from billiard_shot.cli.plan import as_json
 from billiard_shot.embed.page_state import check_form, noise_in, scene_in
+from billiard_shot.planning.plan import USUAL_SECONDS
 from billiard_shot.planning.runner import Progress
 from billiard_shot.scene.player import OFFSETS
 
@@ -170,6 +171,7 @@ class Plans(Guarded):
                 scene,
                 asked['target'],
                 noise,
+                seconds=asked.get('seconds') or USUAL_SECONDS,
                 progress=reporter(tell),
                 cancel=lambda: self.gone.is_set() or self.served.ending.is_set(),
             )

@@ -32,7 +32,7 @@ def add_search_arguments(parser: argparse.ArgumentParser, budget: int, of_what: 
         type=int,
         default=budget,
         metavar='N',
-        help=f'largest number of simulated strokes{of_what} (default: %(default)d)',
+        help=f'largest number of simulated strokes{of_what} (default: {budget})',
     )
     search.add_argument(
         '--seed',

@@ -14,7 +14,8 @@ from billiard_shot.shot.accuracy import DEFAULT_SHOT_TOLERANCE
 from billiard_shot.shot.setting import setting_of
 from billiard_shot.shot.stroke import SPEED_RANGE
 from billiard_shot.table.geometry import layout_of
-from billiard_shot.table.run import POCKET_NAMES
+from billiard_shot.table.rolling_boundary import HOLES
+from billiard_shot.table.run import cushion_name, POCKET_NAMES
 
 
 def export_scene(scene: SceneLike, tolerance: float = DEFAULT_SHOT_TOLERANCE) -> dict[str, Any]:
@@ -48,6 +49,7 @@ def export_scene(scene: SceneLike, tolerance: float = DEFAULT_SHOT_TOLERANCE) ->
             )
         },
         'pockets': POCKET_NAMES if layout.pockets else (),
+        'cushions': [cushion_name(feature) for feature in range(HOLES)],
         'radius': radius,
         'apart': (2.0 * radius - rounding.PLACE, 2.0 * LARGEST, 'm'),
         'ranges': {

@@ -79,6 +79,28 @@ class ContactProperties:
     damping: float
 
 
+class TipLimits(NamedTuple):
+    """
+    Limits of the tip of a cue, beyond which its stroke has failed, and the collision ends there.
+
+    Attributes
+    ----------
+    slid_to_peak, slid : float
+        Way that the tip slides until it is pressed most, and until it parts first [m].
+    again, lifted : float
+        When the tip may not touch its ball again any more [s], and how high above the cloth [m].
+
+    """
+
+    slid_to_peak: float
+    slid: float
+    again: float
+    lifted: float
+
+
+NO_LIMITS = TipLimits(inf, inf, inf, inf)
+
+
 class Collisions(NamedTuple):
     """
     n collisions of the same N contacts.
@@ -112,6 +134,7 @@ class Collisions(NamedTuple):
     tolerance : (n,) floats
         Error of the velocities relative to the largest approach speed. A collision whose tolerance
         is not above 0 is skipped.
+    limits : TipLimits
 
     """
 
@@ -126,6 +149,7 @@ class Collisions(NamedTuple):
     distances: bool
     lengths: Any
     tolerance: Vector
+    limits: TipLimits = NO_LIMITS
 
 
 @inner
@@ -183,6 +207,7 @@ def begin_collision(
             fastest, time = other, time_of(other, speed, mobility)
     units = Units(speed, speed / mobility, time)
     length = units.speed * units.time
+    set_limits(p, given.limits, units.time, length)
     for j in range(count):
         c, properties = contacts[j], given.properties[number * count + j]
         start_contact(c, properties, velocity, units, fastest, distances, j=j)
@@ -210,6 +235,16 @@ def begin_collision(
         if interval < inf:
             turn_normals(m, contacts, ws)
     return m, units
+
+
+@inner
+def set_limits(p: ImpactProgress, limits: TipLimits, time: float, length: float) -> None:
+    """Set the limits of a tip in units of time [s] and length [m]; by rounding never too small."""
+    margin = 1.0 + METHOD_OPTIONS.time_rounding
+    p.max_slid_to_peak = margin * limits.slid_to_peak / length
+    p.max_slid = margin * limits.slid / length
+    p.max_again = margin * limits.again / time
+    p.max_lifted = margin * limits.lifted / length
 
 
 @inner

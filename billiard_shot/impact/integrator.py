@@ -108,6 +108,8 @@ def integrate(
             p.next_turn = p.time + m.interval  # the next contact that closes begins an interval
         if event.kind != NO_EVENT:
             apply_event(m, contacts, ws, p, log, event)
+            if tip_has_failed(contacts, p):
+                return end(m, contacts, ws, p, log, p.status)
         if p.time >= (p.first_end + m.swing) * (1.0 - METHOD_OPTIONS.time_rounding):
             return end(m, contacts, ws, p, log, p.status)
         if is_over(contacts):
@@ -126,6 +128,18 @@ def integrate(
             return False
     p.status = BUDGET_EXCEEDED
     return True
+
+
+@inner
+def tip_has_failed(contacts: list[ContactState], p: ImpactProgress) -> bool:
+    """Whether a tip slid too far, or touched its ball again too late or too high."""
+    for j in range(len(contacts)):
+        c = contacts[j]
+        if c.is_tip and (c.slid_to_peak > p.max_slid_to_peak or c.slid > p.max_slid):
+            return True
+        if c.is_tip and c.closings > 1 and (c.began > p.max_again or c.lifted > p.max_lifted):
+            return True
+    return False
 
 
 @inner

@@ -178,6 +178,10 @@ class ImpactProgress:
     next_turn: float  # time at which pressed contacts take their normals anew
     first_end: float  # time at which first no contact was active while an end swung (shaft.py)
     energy: float  # kinetic, of bodies that move, when the collision began
+    max_slid_to_peak: float  # this and the next three as of `TipLimits`
+    max_slid: float
+    max_again: float
+    max_lifted: float
 
 
 @record

@@ -28,8 +28,6 @@ from billiard_shot.shot.setting import setting_of
 from billiard_shot.shot.shot import Shot
 from billiard_shot.table.colours import ball_colour, is_striped
 from billiard_shot.table.outline import outline_of
-from billiard_shot.table.rolling_boundary import HOLES
-from billiard_shot.table.run import cushion_name
 from billiard_shot.table.words import HAPPENS
 
 SCRIPTS = (
@@ -170,10 +168,7 @@ def _scene_data(
         'scene': export_scene(scene, tolerance),
         'equipment': equipment_of(scene),
         'source': scene.to_dict(),
-        'words': {
-            'happens': {str(kind): text for kind, text in HAPPENS.items()},
-            'cushions': [cushion_name(feature) for feature in range(HOLES)],
-        },
+        'words': {'happens': {str(kind): text for kind, text in HAPPENS.items()}},
         'table': _table(scene),
         'cue': {'length': scene.cue.length or DRAWN_CUE_LENGTH, 'tip_curvature': curvature},
         'balls': [

@@ -27,9 +27,12 @@ OFFSET_SIGMA = 0.12  # ball radii: of the offsets of candidates
 ELEVATION_SIGMA = 0.02  # rad: of their elevations
 SPEED_SIGMA = 0.2  # relative: of their speeds
 ELITE_SHARE = 0.25  # of the samples: the best ones, if fewer succeed
-# Of each iteration: scale of the candidates' sigmas (0: execution noise alone), share of the
-# population that is kept, and samples of each stroke.
-SCHEDULE = ((1.0, 0.5, 24), (0.5, 0.5, 48), (0.2, 0.5, 96), (0.0, 0.8, 256), (0.0, 1.0, 512))
+# Of each iteration: scale of the candidates' sigmas (0: execution noise alone), and the samples of
+# each stroke. Half of the population goes on to the next one, but at least `FEWEST`: the best
+# `OF_A_ROUTE` strokes of the best routes. A route that needs accurate strokes looks bad among the
+# wide errors of the first iterations, and may be the best in the end.
+SCHEDULE = ((1.0, 12), (0.7, 24), (0.5, 48), (0.3, 96), (0.15, 192), (0.0, 384))
+FEWEST, OF_A_ROUTE = 4, 2
 
 
 class Population(NamedTuple):
@@ -41,6 +44,7 @@ class Population(NamedTuple):
     success: Array  # (n,) share of the samples that succeeded
     penalty: Array  # (n,) mean penalty of the best samples
     samples: NDArray[np.int64]  # (n,) number of these samples
+    route: NDArray[np.int64]  # (n,) of its candidate, see `Candidates`
 
     def take(self, which: NDArray[np.int64]) -> 'Population':
         """Select some of the strokes."""
@@ -57,7 +61,8 @@ def population_of(stage: Stage, chosen: NDArray[np.int64]) -> Population:
     sigma[:, AZIMUTH] = candidates.spread
     sigma[:, SPEED] = stage.width * SPEED_SIGMA * strokes[:, SPEED]
     success, once = outcomes.success.astype(float), np.ones(len(strokes), np.int64)
-    return Population(strokes, sigma, outcomes.value, success, outcomes.penalty, once)
+    penalty, route = outcomes.penalty, candidates.route
+    return Population(strokes, sigma, outcomes.value, success, penalty, once, route)
 
 
 def refine(
@@ -68,7 +73,7 @@ def refine(
     effort: float,
 ) -> Iterator[Population]:
     """Run the iterations that the budget allows; yield the population after each, best first."""
-    for sigma_scale, kept, samples in SCHEDULE:
+    for sigma_scale, samples in SCHEDULE:
         count = max(4, round(effort * samples))
         if runner.left < len(population.strokes) * count:
             population = population.take(_order(population)[: max(1, runner.left // count)])
@@ -76,9 +81,20 @@ def refine(
             break
         normal, places = draw.standard_normal((count, 5)), draw_places(problem, draw, count)
         population = _iteration(problem, runner, population, normal, places, sigma_scale)
-        count = max(4, round(kept * len(population.strokes)))
-        population = population.take(_order(population)[:count])
+        population = population.take(_order(population))
         yield population
+        goes_on = max(FEWEST, len(population.strokes) // 2)
+        groups = turns(population.route, np.arange(len(population.route))) // OF_A_ROUTE
+        population = population.take(np.argsort(groups, kind='stable')[:goes_on])
+
+
+def turns(route: NDArray[np.int64], order: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Count, for each of n strokes in an order, the strokes of its route that come before it."""
+    by_route = order[np.argsort(route[order], kind='stable')]
+    sorted_routes = route[by_route]
+    turn = np.empty(len(route), np.int64)
+    turn[by_route] = np.arange(len(route)) - np.searchsorted(sorted_routes, sorted_routes)
+    return turn
 
 
 def _order(population: Population) -> NDArray[np.int64]:
@@ -125,4 +141,5 @@ def _iteration(
         success.mean(axis=1),
         best,
         np.full(count, samples, np.int64),
+        population.route,
     )

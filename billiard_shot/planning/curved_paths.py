@@ -5,7 +5,6 @@ Strokes of all offsets, elevations and speeds are simulated once, along +x on an
 paths of the ball are then turned so that they go through a waypoint.
 """
 
-from collections.abc import Callable
 import math
 from typing import NamedTuple
 
@@ -15,15 +14,18 @@ from numpy.typing import NDArray
 from billiard_shot.planning.limits import raise_for_clearance
 from billiard_shot.planning.problem import Problem
 from billiard_shot.planning.routes import Candidates, spread_of, strokes_within
+from billiard_shot.planning.runner import Runner
 from billiard_shot.planning.statistics import quasi_random
 from billiard_shot.planning.waypoints import distances_from, MIN_CUT_COSINE, Waypoint
-from billiard_shot.records import Array
+from billiard_shot.records import Array, ROWS
 from billiard_shot.scene.player import AZIMUTH, ELEVATION
 from billiard_shot.shot.accuracy import Accuracy
 from billiard_shot.shot.play import play_by
 from billiard_shot.shot.setting import alone
+from billiard_shot.shot.strike_model import StrikeModel
 from billiard_shot.shot.stroke import vectors_of
 from billiard_shot.status import Status
+from billiard_shot.table.simulation_state import BallRule
 from billiard_shot.table.task import run_recorded
 from billiard_shot.table.trajectory import Trajectory
 
@@ -47,7 +49,7 @@ class Curves(NamedTuple):
 
 
 def curved_candidates(
-    problem: Problem, points: list[Waypoint], most: int, goes_on: Callable[[], bool]
+    problem: Problem, points: list[Waypoint], most: int, runner: Runner
 ) -> Candidates:
     """
     Find strokes whose paths reach waypoints clear of all other balls.
@@ -62,24 +64,28 @@ def curved_candidates(
     strokes = strokes_within(problem.limits, draws, slowest)
     strokes[:, AZIMUTH] = 0.0
     found = [Candidates(np.empty((0, 5)), np.empty(0), np.empty(0, np.int64))]
-    for first in range(0, count, CURVES_AT_ONCE):
-        if not goes_on() or sum(len(each.route) for each in found) >= ENOUGH:
-            break
-        curves = _simulated(problem, strokes[first : first + CURVES_AT_ONCE])
+    parts = [
+        (problem.model, strokes[first : first + CURVES_AT_ONCE])
+        for first in range(0, count, CURVES_AT_ONCE)
+    ]
+    for curves in runner.each(simulate_curves, parts):
         found += [_through(problem, curves, point, number) for number, point in enumerate(points)]
+        if runner.left <= 0 or sum(len(each.route) for each in found) >= ENOUGH:
+            break
     return Candidates(*map(np.concatenate, zip(*found, strict=True)))
 
 
-def _simulated(problem: Problem, strokes: Array) -> Curves:
-    """Simulate strokes (n, 5), and keep those whose tip does not slide, with their paths."""
+def simulate_curves(model: StrikeModel, strokes: Array) -> Curves:
+    """Simulate strokes (n, 5) along +x, and keep those that do not fail, with their paths."""
     accuracy = Accuracy(CURVE_TOLERANCE, checked=False)
-    run = play_by(run_recorded, alone(problem.model), *vectors_of(strokes), None, accuracy)
+    rules = ROWS.records(BallRule, 1)  # a stroke that fails ends there
+    run = play_by(run_recorded, alone(model), *vectors_of(strokes), None, accuracy, rules=rules)
     ends = run.tables['segments']
-    usual = (run.status == Status.OK) & ~run.cues['miscue'] & (run.tables['cue_hits'] == 0)
+    usual = (run.status == Status.OK) & ~run.cues['miscue'] & ~run.tables['double_hit']
     kept = np.flatnonzero(usual & (np.diff(ends, prepend=0) <= MAX_SEGMENTS))
     motions = np.split(run.segments, ends[:-1])
     paths = [Trajectory(motions[i].copy()) for i in kept]
-    start = np.array([0.0, 0.0, problem.radius])
+    start = np.array([0.0, 0.0, model.surface.radius])
     places = [path.at(_times(path)).position - start for path in paths]
     return Curves(strokes[kept], np.array(places).reshape(-1, PATH_POINTS, 3))
 

@@ -25,6 +25,9 @@ from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.scene.values import positive, whole
 from billiard_shot.status import Status
 
+NARROW = 0.1  # width of the interval of a best stroke that may be called converged
+AS_GOOD = 0.02  # of success: strokes that have less than the best by more are not as good
+USUAL_SECONDS = 1.0  # s: time of a search for which somebody waits
 PLACES_TRIED = 4  # of a cue ball in hand, for breaks and if it has to come to rest at a place
 
 
@@ -38,7 +41,7 @@ def plan(
     progress: Callable[[Progress], object] | None = None,
     cancel: Callable[[], bool] | None = None,
     executor: Executor | SupportsSubmit | None = None,
-    time_limit: float | None = None,
+    seconds: float | None = None,
     place: str | None = None,
     value: ValueFunction | None = None,
 ) -> PlanResult:
@@ -79,9 +82,9 @@ def plan(
     executor : optional
         Evaluates the strokes; it has the method `submit` of the executors of
         `concurrent.futures`. By default threads on all cores.
-    time_limit : float, optional
-        Time after which the search ends with its best result [s], above 0. A search that it ends
-        is not reproducible.
+    seconds : float, optional
+        Time after which the search ends with its best result [s], above 0; by default the budget
+        alone ends it. A search that the time ends is not reproducible.
     place : str, optional
         The cue ball is in hand, and the plan says where to put it: `anywhere` on the table, or in
         the `kitchen` behind the head string. Only for targets that pot a ball, at the places with
@@ -111,8 +114,8 @@ def plan(
     wanted = target_of(scene, target)
     limits = limits_of(scene, constraints, spread)
     budget, seed = whole('budget', budget, 1), whole('seed', seed, 0)
-    if time_limit is not None:
-        time_limit = positive('time_limit', time_limit, 's')
+    if seconds is not None:
+        seconds = positive('seconds', seconds, 's')
     begin = perf_counter()
 
     def search_at(scene: Scene, parts: int) -> PlanResult:
@@ -126,7 +129,7 @@ def plan(
                 executor or threads,
                 progress,
                 cancel,
-                time_limit and time_limit / parts,
+                seconds and seconds / parts,
                 value,
             )
             found = search(problem, runner, seed)
@@ -163,6 +166,8 @@ def _result(problem: Problem, runner: Runner, found: Found, begin: float) -> Pla
     ranking = tuple(each for each in found.finalists if each.value > 0.0)
     if runner.value is None:
         ranking = _gentlest_first(ranking)
+    if ranking and ranking[0].width > NARROW:
+        found = found._replace(converged=False)
     status, message = _outcome(ranking, found, runner, Kind(problem.goal[0]['kind']))
     if status == Status.NO_PLAN and isinstance(problem.target, Pot) and not runner.late:
         why = why_not_straight(problem.scene, problem.target, problem.limits.keep)
@@ -180,9 +185,12 @@ def _result(problem: Problem, runner: Runner, found: Found, begin: float) -> Pla
 
 def _gentlest_first(ranking: tuple[RankedStroke, ...]) -> tuple[RankedStroke, ...]:
     """Put the strokes that may be as good as the first one in the order of their speeds."""
-    as_good = [each for each in ranking if each.interval[1] >= ranking[0].success]
-    as_good.sort(key=lambda each: each.stroke.speed)
-    return (*as_good, *(each for each in ranking if each.interval[1] < ranking[0].success))
+    best = ranking[0].success if ranking else 0.0
+    as_good = [
+        each for each in ranking if each.interval[1] >= best and each.success >= best - AS_GOOD
+    ]
+    others = [each for each in ranking if each not in as_good]
+    return (*sorted(as_good, key=lambda each: each.stroke.speed), *others)
 
 
 def checked_problem(scene: Scene, wanted: Target, limits: Limits, spread: Noise) -> Problem:
@@ -215,14 +223,16 @@ def _outcome(
     simulations = runner.simulations
     if found.cancelled:
         so_far = _summary(ranking[0]) if ranking else 'no stroke was found so far'
-        return Status.CANCELLED, f'cancelled after {simulations} simulations: {so_far}'
+        text = f'cancelled after {simulations} simulations: {so_far}'
+        return Status.CANCELLED, '; '.join([text, *_untried(found)])
     if ranking:
         notes = [_summary(ranking[0])]
         if not found.converged:
-            notes.append('not converged: a larger budget may find a better stroke')
+            what = 'more time' if runner.late else 'a larger budget'
+            notes += [f'not converged: {what} may find a better stroke', *_untried(found)]
         return Status.OK, '; '.join(notes)
     if not simulations:
-        return Status.NO_PLAN, 'time_limit: the time was up before a stroke was tried'
+        return Status.NO_PLAN, 'seconds: the time was up before a stroke was tried'
     detail = ''
     if found.penalty == 0.0:
         detail = '; strokes that reached it did not repeat under noise'
@@ -234,7 +244,13 @@ def _outcome(
             misses = f'{180.0 * found.penalty:.3g} degrees'
         detail = f'; the nearest stroke misses by {misses}'
     within = f'{simulations} simulations' + ', until the time was up' * runner.late
-    return Status.NO_PLAN, f'no stroke reaches the target in {within}{detail}'
+    text = f'no stroke reaches the target in {within}{detail}'
+    return Status.NO_PLAN, '; '.join([text, *_untried(found)])
+
+
+def _untried(found: Found) -> list[str]:
+    """Say which kinds of candidates the search did not come to, if there are any."""
+    return [f'not tried: {", ".join(found.untried)}'] if found.untried else []
 
 
 def _summary(best: RankedStroke) -> str:

@@ -23,7 +23,6 @@ from billiard_shot.shot.shot import Shot
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.status import Status
 from billiard_shot.table.data_frame import data_frame
-from billiard_shot.table.trajectory import EventKind
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,6 +91,12 @@ class RankedStroke:
         """Lower end of the 95 % interval of the value (Wilson)."""
         return wilson_interval(self.value * self.trials, self.trials)[0]
 
+    @property
+    def width(self) -> float:
+        """Width of the 95 % interval of the value."""
+        low, high = wilson_interval(self.value * self.trials, self.trials)
+        return high - low
+
     @cached_property
     def shot(self) -> Shot:
         """Prediction of the stroke without errors; computed when first used."""
@@ -121,7 +126,7 @@ class RankedStroke:
         faults += [f'ball {ball!r} leaves the table' for ball in shot.off_table]
         if shot.miscue:
             faults.append('the tip slides on the cue ball')
-        if any(event.kind == EventKind.CUE for event in shot.events):
+        if shot.double_hit is not None:
             faults.append('the cue hits the cue ball again')
         exactly = np.array([self.stroke.offsets])
         if not faults and not evaluate_strokes(problem, exactly).success[0]:
@@ -157,7 +162,8 @@ class PlanResult(Shown):
     noise : Noise
         Execution noise under which the success was estimated.
     converged : bool
-        Whether two searches from different random numbers agree on the success of the best stroke.
+        Whether two searches from different random numbers agree on the success of the best stroke,
+        and its interval is not wider than 0.1.
     place : (x, y), optional
         Where to put a cue ball in hand [m], if the plan was asked for that.
 

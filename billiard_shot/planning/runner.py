@@ -22,7 +22,7 @@ from billiard_shot.shot.stroke import Stroke
 
 T = TypeVar('T')
 
-FINAL_RESERVE = 0.2  # part of budget and time limit that is kept to evaluate the best strokes
+FINAL_RESERVE = 0.2  # part of budget and time that is kept to evaluate the best strokes
 POLL_S = 0.02  # s between two calls of `progress` and `cancel` while strokes are evaluated
 CHUNK, LARGEST_CHUNK = 256, 1024  # strokes of a task of the executor, some 5 to 40 ms of work
 FIRST_RATE = 1e4  # strokes per second: guess until some are simulated
@@ -61,7 +61,7 @@ class Runner:
         executor: Executor | SupportsSubmit,
         progress: Callable[[Progress], object] | None = None,
         cancel: Callable[[], bool] | None = None,
-        time_limit: float | None = None,
+        seconds: float | None = None,
         value: ValueFunction | None = None,
     ) -> None:
         self.budget, self.simulations, self.best = budget, 0, 0.0
@@ -72,15 +72,20 @@ class Runner:
         self._problem, self._work = problem, partial(evaluate_strokes, problem, value=value)
         self.value = value
         self._progress, self._cancel = progress, cancel
-        self._begin, self._time_limit = perf_counter(), time_limit
+        self._begin, self._seconds = perf_counter(), seconds
 
     @property
     def left(self) -> int:
         """Number of strokes that may still be evaluated, without the reserved ones."""
         left = self.budget - self.simulations - self.reserved
-        if self._time_limit is not None:
+        if self._seconds is not None:
             left = int(min(left, self._rate * self._time_left))
         return max(left, 0)
+
+    @property
+    def scope(self) -> float:
+        """Number of strokes that budget and time allow for in all."""
+        return min(self.budget, self._rate * (self._seconds or inf))
 
     @property
     def _rate(self) -> float:
@@ -96,7 +101,7 @@ class Runner:
         about `SHORT_TASK_S` of work. The tasks are alike.
         """
         size = min(max(ceil(strokes / (os.cpu_count() or 1)), CHUNK), LARGEST_CHUNK)
-        if self._time_limit is not None:
+        if self._seconds is not None:
             size = min(max(int(SHORT_TASK_S * self._rate), 1), size)
         return ceil(strokes / max(ceil(strokes / size), 1)) or 1
 
@@ -107,14 +112,14 @@ class Runner:
 
     @property
     def late(self) -> bool:
-        """Whether only the reserved share of the time limit is left, or less."""
+        """Whether only the reserved share of the time is left, or less."""
         return self._time_until(1.0 - FINAL_RESERVE) < 0.0
 
     def _time_until(self, share: float) -> float:
-        """Seconds until a share of the time limit has passed."""
-        if self._time_limit is None:
+        """Seconds until a share of the time has passed."""
+        if self._seconds is None:
             return inf
-        return share * self._time_limit - (perf_counter() - self._begin)
+        return share * self._seconds - (perf_counter() - self._begin)
 
     def note(self, stroke: Array, value: float) -> None:
         """Report a stroke (5,) as the best one so far, if its value is larger than before."""
@@ -128,11 +133,6 @@ class Runner:
         if self._cancel and self._cancel():
             raise StoppedError
 
-    def goes_on(self) -> bool:
-        """Poll; return whether strokes may still be evaluated."""
-        self.poll()
-        return self.left > 0
-
     def _result(self, future: Future[T]) -> T:
         """Wait for a task; raise StoppedError if the search is cancelled before."""
         # The task may end between a wait that timed out and the check of `done`. Only a task that
@@ -144,11 +144,12 @@ class Runner:
                 self.poll()
         return future.result()
 
-    def _each(self, work: Callable[..., T], rows: Iterable[tuple[Any, ...]]) -> Iterator[T]:
+    def each(self, work: Callable[..., T], rows: Iterable[tuple[Any, ...]]) -> Iterator[T]:
         """
         Do some work on the executor for each row of arguments; yield the results in turn.
 
-        The work that is left is cancelled if some fails, or the search is cancelled.
+        The work that is left is cancelled if some fails, the results are not asked for any more,
+        or the search is cancelled.
         """
         futures = [self._executor.submit(work, *row) for row in rows]
         try:
@@ -161,7 +162,7 @@ class Runner:
 
     def _fitted(self, cells: list[Cell]) -> Iterator[Fit]:
         """Fit cells of the map."""
-        return self._each(fit_cell, [(self._maps.model, cell) for cell in cells])
+        return self.each(fit_cell, [(self._maps.model, cell) for cell in cells])
 
     def evaluate(
         self,
@@ -193,7 +194,7 @@ class Runner:
             for part in parts
         ]
         results = [Outcomes(np.empty(0, np.bool_), np.empty(0), np.empty(0))]
-        for outcomes in self._each(work, rows):
+        for outcomes in self.each(work, rows):
             results.append(outcomes)
             self.simulations += len(outcomes.success)
             if self._time_left <= 0.0:  # these strokes take longer than those before

@@ -160,10 +160,10 @@ def is_foul(sought: Sought, table: TableOutcome, balls: list[BallOutcome], first
     """
     Whether a ball left the table, one that must stay fell, or the wrong ball was met first.
 
-    Also whether the cue met the cue ball again after the strike (WPA, Rules of Play, 6.7).
+    Also whether the cue hit the cue ball twice (WPA, Rules of Play, 6.7).
     """
     rules = sought.rules
-    if table.cue_hits > 0:
+    if table.double_hit:
         return True
     for i in range(len(rules)):
         motion = balls[first + i].motion

@@ -9,28 +9,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.numerics.angles import wrapped
-from billiard_shot.planning.cross_entropy import Population, population_of, refine
+from billiard_shot.planning.cross_entropy import Population, population_of, refine, turns
 from billiard_shot.planning.evaluate import Outcomes
 from billiard_shot.planning.places import draw_places, for_each
 from billiard_shot.planning.problem import Problem
 from billiard_shot.planning.result import RankedStroke
-from billiard_shot.planning.routes import Candidates
 from billiard_shot.planning.runner import Runner, StoppedError
-from billiard_shot.planning.stages import GOOD, next_stage, Stage
+from billiard_shot.planning.stages import next_stage, Stage, untried
 from billiard_shot.planning.statistics import wilson_interval
 from billiard_shot.records import Array
 from billiard_shot.scene.player import AZIMUTH
 from billiard_shot.shot.stroke import Stroke
 
 NORMAL_BUDGET = 60_000  # simulations to which the numbers below apply
-MIN_EFFORT = 0.3  # share of these numbers for a small budget
-REFINED = 40  # candidates of a stage that are refined
-RACERS, FINAL_STROKES = 8, 4  # strokes that race; strokes that get held-out trials
-RACE_TRIALS, MAX_RACES = 200, 5  # trials of each stroke in a race; races
+MIN_EFFORT = 0.3  # share of these numbers for a small budget or a short time
+REFINED = 80  # candidates of a stage that are refined
+RACERS, FINAL_STROKES = 6, 4  # strokes that race; strokes that get held-out trials
+RACE_TRIALS = (100, 100, 200, 400)  # of each stroke that still races, in the rounds of a race
 SURE_SUCCESS = 0.98  # lower bound of the success at which the race ends
 WINNER_TRIALS, OTHER_TRIALS = 1500, 400  # held-out trials of the winner; of each other
-# Rounds, of which two must agree: minimum if a stroke is good; minimum if none is; maximum.
-ROUNDS_IF_GOOD, HARD_ROUNDS, MAX_ROUNDS = 2, 3, 5
+MAX_ROUNDS = 5  # of which two must agree
 PROMISING = 0.1  # success: a stage that is worse than the best by more is not searched again
 
 # Two strokes are alike if they differ in every component by less than the larger of these:
@@ -47,6 +45,7 @@ class Found(NamedTuple):
     penalty: float  # smallest of all candidates, see `Outcomes`
     cancelled: bool  # then the finalists have the estimates so far
     converged: bool  # two searches from different random numbers agree on the success
+    untried: tuple[str, ...]  # kinds of candidates that were called for, but not tried
 
 
 def search(problem: Problem, runner: Runner, seed: int) -> Found:
@@ -57,20 +56,19 @@ def search(problem: Problem, runner: Runner, seed: int) -> Found:
     paths to complicated ones, and end as soon as a stroke is good enough.
     """
     draws = np.random.default_rng(seed)
-    effort = min(1.0, max(MIN_EFFORT, runner.budget / NORMAL_BUDGET))
     stages: list[Stage] = []
     found: list[Population] = []
     winners: list[float] = []  # value of the best stroke of each round
     nearest, converged = np.inf, False
     try:
-        for number in range(MAX_ROUNDS):
+        for _ in range(MAX_ROUNDS):
             first, best = len(found), 0.0
             again = _promising(stages)
             while stage := again.pop(0) if again else next_stage(problem, runner, stages, best):
                 nearest = min(nearest, float(stage.outcomes.penalty.min()))
+                effort = effort_of(runner)
                 count = max(4, round(effort * REFINED))
-                chosen = choose_candidates(stage.candidates, stage.outcomes, count, draws)
-                population = population_of(stage, chosen)
+                population = population_of(stage, choose_candidates(stage, count, draws))
                 found.append(population)
                 for better in refine(problem, runner, population, draws, effort):
                     found[-1] = better
@@ -87,14 +85,14 @@ def search(problem: Problem, runner: Runner, seed: int) -> Found:
             winners.append(float(winner.value[0]))
             samples = int(winner.samples[0])
             sure = wilson_interval(winners[-1] * samples, samples)[0] > SURE_SUCCESS
-            rounds = ROUNDS_IF_GOOD if max(winners) >= GOOD else HARD_ROUNDS
-            converged = sure or (number + 1 >= rounds and _agree(winners, samples))
+            converged = sure or (len(winners) > 1 and _agree(winners, samples))
             if converged or runner.left <= 0:
                 break
         runner.best = max(winners, default=0.0)
         runner.reserved = 0
-        finalists = run_race(problem, runner, best_of(found), draws, effort)
-        return Found(finalists, nearest, cancelled=False, converged=converged)
+        finalists = run_race(problem, runner, best_of(found), draws, effort_of(runner))
+        kinds = untried(stages, runner.best)
+        return Found(finalists, nearest, cancelled=False, converged=converged, untried=kinds)
     except StoppedError:
         ended = best_of(found)
         ended = ended.take(_distinct(problem, ended.strokes)[:FINAL_STROKES])
@@ -108,7 +106,13 @@ def search(problem: Problem, runner: Runner, seed: int) -> Found:
                 strict=True,
             )
         ]
-        return Found(finalists, nearest, cancelled=True, converged=False)
+        kinds = untried(stages, runner.best)
+        return Found(finalists, nearest, cancelled=True, converged=False, untried=kinds)
+
+
+def effort_of(runner: Runner) -> float:
+    """Share of the numbers above that budget and time allow for."""
+    return min(1.0, max(MIN_EFFORT, runner.scope / NORMAL_BUDGET))
 
 
 def _promising(stages: list[Stage]) -> list[Stage]:
@@ -127,22 +131,20 @@ def _agree(winners: list[float], samples: int) -> bool:
     return wilson_interval(second * samples, samples)[1] >= first
 
 
-def choose_candidates(
-    candidates: Candidates, outcomes: Outcomes, count: int, draws: np.random.Generator
-) -> NDArray[np.int64]:
+def choose_candidates(stage: Stage, count: int, draws: np.random.Generator) -> NDArray[np.int64]:
     """
     Choose candidates with a value, then those with the smallest penalty, in turn from all routes.
 
-    Routes whose candidates have more value come first.
+    Those that were not chosen in earlier rounds come first, and routes whose candidates have more
+    value. The stage notes what was chosen.
     """
-    penalty, value = outcomes.penalty, outcomes.value
-    hits = np.bincount(candidates.route, value)[candidates.route]
-    order = np.lexsort((draws.permutation(len(penalty)), penalty, -value, candidates.route))
-    route = candidates.route[order]
-    turn = np.empty(len(penalty))  # rank of each candidate among those of its route
-    turn[order] = np.arange(len(penalty)) - np.searchsorted(route, route)
-    ranks = penalty, -value, -hits, turn, value == 0.0
+    route, (_, penalty, value) = stage.candidates.route, stage.outcomes
+    hits = np.bincount(route, value)[route]
+    again = stage.chosen & (value > 0.0)
+    order = np.lexsort((draws.permutation(len(penalty)), penalty, -value, again))
+    ranks = penalty, -value, -hits, turns(route, order), again, value == 0.0
     chosen: NDArray[np.int64] = np.lexsort(ranks)[:count]
+    stage.chosen[chosen] = True
     return chosen
 
 
@@ -150,8 +152,8 @@ def best_of(found: list[Population]) -> Population:
     """Concatenate the populations of all stages, ordered by the lower bound of the value."""
     if not found:
         strokes, numbers = np.empty((0, 5)), np.empty(0)
-        nothing = strokes, strokes, numbers, numbers, numbers
-        return Population(*nothing, np.empty(0, np.int64))
+        nothing, counts = (strokes, strokes, numbers, numbers, numbers), np.empty(0, np.int64)
+        return Population(*nothing, counts, counts)
     population = Population(*(np.concatenate(parts) for parts in zip(*found, strict=True)))
     known = zip(population.value.tolist(), population.samples.tolist(), strict=True)
     surely = np.array([wilson_interval(part * n, n)[0] for part, n in known])
@@ -170,23 +172,19 @@ def run_race(
     strokes = strokes[_distinct(problem, strokes)[:RACERS]]
     held_out = round(effort * (WINNER_TRIALS + (FINAL_STROKES - 1) * OTHER_TRIALS))
     runner.reserved = min(held_out, runner.left // 2)
-    wins, trials = np.zeros(len(strokes)), 0
-    for _ in range(MAX_RACES):
-        race = min(round(effort * RACE_TRIALS), runner.left // max(1, len(strokes)))
-        if len(strokes) < 2 or race < 8:
+    wins, trials, racing = np.zeros(len(strokes)), 0, len(strokes)
+    for most in RACE_TRIALS:  # the strokes that still race come first
+        race = min(round(effort * most), runner.left // max(1, racing))
+        if racing < 2 or race < 8:
             break
-        outcomes = _trials(problem, runner, draws, strokes, race, exact=False)
-        if len(outcomes.value) < len(strokes) * race:
+        outcomes = _trials(problem, runner, draws, strokes[:racing], race, exact=False)
+        if len(outcomes.value) < racing * race:
             break  # the time is up
-        wins += outcomes.value.reshape(-1, race).sum(axis=1)
+        wins[:racing] += outcomes.value.reshape(-1, race).sum(axis=1)
         trials += race
-        order = np.argsort(-wins, kind='stable')
-        strokes, wins = strokes[order], wins[order]
-        racing = _still_racing(wins, trials)
-        if racing == 1:
-            break
-        if racing >= FINAL_STROKES:
-            strokes, wins = strokes[:racing], wins[:racing]
+        order = np.argsort(-wins[:racing], kind='stable')
+        strokes[:racing], wins[:racing] = strokes[order], wins[order]
+        racing = _still_racing(wins[:racing], trials)
     runner.reserved = 0
     found = []
     for place, stroke in enumerate(strokes[:FINAL_STROKES]):

@@ -259,14 +259,16 @@ def _player(storage: Storage, scene: Scene, noise: Noise, balls: int) -> PlayerR
 
 @lru_cache(maxsize=8)
 def strikes_of(model: StrikeModel) -> CentralStrikes:
-    """Solve strokes in the middle; NaN where they cannot be played."""
+    """Solve strokes in the middle; NaN where they fail."""
     strokes = np.zeros((3, len(STRIKE_SPEEDS), ELEVATION_COUNT, 5))
     strokes[..., ELEVATION] = ELEVATION_STEP * np.arange(ELEVATION_COUNT)
     strokes[..., SPEED] = np.reshape(STRIKE_SPEEDS, (-1, 1))
     strokes[1, ..., A], strokes[2, ..., A] = -OFFSET, OFFSET
     struck = strike_alone(model, strokes.reshape(-1, 5))
+    played = np.where(struck.fails, np.nan, 1.0).reshape(*strokes.shape[:-1], 1)
     velocity, surface = (
-        each.reshape(*strokes.shape[:-1], 3) / strokes[..., [SPEED]] for each in struck[:2]
+        played * each.reshape(*strokes.shape[:-1], 3) / strokes[..., [SPEED]]
+        for each in struck[:2]
     )
     across, turning = ((each[2] - each[1]) / (2.0 * OFFSET) for each in (velocity, surface))
     # a ball that rolls has the angular momentum about its lowest point that it had before

@@ -13,6 +13,7 @@ from operator import attrgetter
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from billiard_shot.planning.curved_paths import curved_candidates
 from billiard_shot.planning.evaluate import Outcomes
@@ -43,6 +44,7 @@ class Stage:
     candidates: Candidates
     outcomes: Outcomes
     width: float  # of the search around them, see `Kind`
+    chosen: NDArray[np.bool_]  # (n,) candidates that were refined
     value: float = 0.0  # of its best stroke so far
 
 
@@ -83,10 +85,16 @@ def next_stage(
         made = made.take(evenly.astype(np.int64))
         outcomes = runner.evaluate(made.strokes)
         count = len(outcomes.penalty)  # fewer than there are candidates, if the time is up
-        stages.append(Stage(name, made.take(np.arange(count)), outcomes, width))
+        chosen = np.zeros(count, np.bool_)
+        stages.append(Stage(name, made.take(np.arange(count)), outcomes, width, chosen))
         if count:
             return stages[-1]
     return None
+
+
+def untried(stages: list[Stage], best: float) -> tuple[str, ...]:
+    """Name the kinds of candidates that are called for with a best value, but were not tried."""
+    return tuple(kind.name for kind in KINDS[len(stages) :] if best < kind.below)
 
 
 class Kind(NamedTuple):
@@ -145,7 +153,7 @@ def _curved(problem: Problem, runner: Runner) -> Candidates:
     if not points:
         return candidates_along(problem, [])
     most = round(CURVE_SHARE * runner.budget)
-    return spread_azimuth(curved_candidates(problem, points, most, runner.goes_on))
+    return spread_azimuth(curved_candidates(problem, points, most, runner))
 
 
 def _random(before: int, problem: Problem, _: Runner) -> Candidates:

@@ -21,7 +21,7 @@ def wilson_interval(successes: float, trials: int, z: float = Z95) -> tuple[floa
     p, square = successes / trials, z * z / trials
     middle = (p + 0.5 * square) / (1.0 + square)
     half = z / (1.0 + square) * math.sqrt(p * (1.0 - p) / trials + 0.25 * square / trials)
-    return max(0.0, middle - half), min(1.0, middle + half)
+    return max(0.0, min(p, middle - half)), min(1.0, max(p, middle + half))  # p but for rounding
 
 
 def chance_in_words(success: float, trials: int) -> str:

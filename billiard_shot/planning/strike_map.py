@@ -7,9 +7,11 @@ the four into cells, the speed by its ratio, and fits a polynomial to exact stri
 that a search needs. A cell is used only if other exact strikes, which had no part in the fit,
 agree with it. A cell with miscues, kinks or discontinuities, or in which the tip meets the ball
 twice in a strike, is divided into eight by a, b and elevation, and each of these is fitted where a
-search needs it. Strokes in cells that are too small to be divided, or that have few strokes, are
-solved exactly. The sign of a mirrors a strike. The cue goes on from where its tip touched the
-ball: the strike would have left it up to 0.1 mm beside.
+search needs it. Some corners are solved first: if most of them show a miscue or a second hit, as
+in most cells of steep strokes, the cell is neither fitted nor divided. Strokes in such cells, in
+cells that are too small to be divided, or that have few strokes, are solved exactly. The sign of a
+mirrors a strike. The cue goes on from where its tip touched the ball: the strike would have left
+it up to 0.1 mm beside.
 
 Cells that choose strokes may have larger errors than those with which their success is stated.
 """
@@ -42,8 +44,11 @@ SIZES = np.array([0.2, 0.1, 0.08])  # of the largest cells: a and b (ball radii)
 SPEED_RATIO = 4.0  # of the fastest and the slowest stroke of a cell
 LEVELS = 4  # sizes of cells, each half of the last
 FITTED_STRIKES, HELD_OUT = 40, 14  # exact strikes in a cell
-# Their places in the cell, -1 to 1: the first are near its corners, where miscues begin.
-CORNERS = 0.98 * (2.0 * np.array(list(np.ndindex(*(2,) * len(VARIED)))) - 1.0)
+# Their places in the cell, -1 to 1: the first are near its corners, where miscues begin. No two of
+# the first half of the corners, which are solved first, are neighbours.
+SIGNS = 2.0 * np.array(list(np.ndindex(*(2,) * len(VARIED)))) - 1.0
+CORNERS = 0.98 * SIGNS[np.argsort(-SIGNS.prod(axis=1), kind='stable')]
+PROBES = len(CORNERS) // 2
 INSIDE = 2.0 * quasi_random(FITTED_STRIKES + HELD_OUT - len(CORNERS), len(VARIED)) - 1.0
 PLACES = np.concatenate([CORNERS, INSIDE])
 TERMS_THERE = np.prod(PLACES[:, np.newaxis] ** EXPONENTS, axis=2)
@@ -76,6 +81,7 @@ class Fit(NamedTuple):
     coefficients: Array  # (TERMS, MOTION), see `Mapped`
     # (MOTION,) root mean square in held-out strikes, spins times radius; or infinite
     errors: Array
+    divides: bool  # whether smaller cells of it may be fitted
 
 
 class Maps:
@@ -141,12 +147,14 @@ class Maps:
             ]
             self.fits.update(zip(missing, fit(missing), strict=True))
             numbers = np.full(len(cells), SOLVED)
+            divided = np.zeros(len(cells), np.bool_)
             for i in np.flatnonzero(pays).tolist():
+                divided[i] = self.fits[cells[i]].divides
                 if (self.fits[cells[i]].errors <= bounds).all():
-                    numbers[i] = len(used)
+                    numbers[i], divided[i] = len(used), False
                     used.append(cells[i])
             number[left] = numbers[owner]
-            left = left[(np.array(pays, bool) & (numbers == SOLVED))[owner]]
+            left = left[divided[owner]]
         extents = np.array([extent_of(cell) for cell in used]).reshape(-1, 2, len(VARIED))
         coefficients = [self.fits[cell].coefficients for cell in used]
         stacked = np.array(coefficients).reshape(-1, TERMS, MOTION)
@@ -183,14 +191,17 @@ def fit_cell(model: StrikeModel, cell: Cell) -> Fit:
     """Fit a polynomial to exact strikes in a cell, and find its error in others."""
     strokes, (middle, half) = np.zeros((len(PLACES), 5)), extent_of(cell)
     strokes[:, VARIED] = middle + half * PLACES
-    struck = strike_alone(model, strokes)
-    if not struck.regular.all():
-        return Fit(np.zeros((TERMS, MOTION)), np.full(MOTION, np.inf))
+    regular = strike_alone(model, strokes[:PROBES]).regular
+    if regular.all():
+        struck = strike_alone(model, strokes)
+        regular = struck.regular
+    if not regular.all():
+        return Fit(np.zeros((TERMS, MOTION)), np.full(MOTION, np.inf), bool(regular.mean() > 0.5))
     exact = np.column_stack(struck[:3]) / strokes[:, [SPEED]]
     found: Array = LEAST_SQUARES @ exact[:FITTED_STRIKES]
     errors: Array = TERMS_THERE[FITTED_STRIKES:] @ found - exact[FITTED_STRIKES:]
     found[:, 3:6] /= model.surface.radius
-    return Fit(found, np.sqrt((errors**2).mean(axis=0)))
+    return Fit(found, np.sqrt((errors**2).mean(axis=0)), divides=True)
 
 
 def _cells_of(strokes: Array, level: int) -> tuple[list[Cell], NDArray[np.int64], list[int]]:

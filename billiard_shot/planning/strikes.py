@@ -28,6 +28,8 @@ class Struck(NamedTuple):
         [m/s]
     regular : (n,) bool array
         Whether the strike was solved, with one hit and without a miscue.
+    fails : (n,) bool array
+        Whether the stroke cannot be played, or is a miscue or a double hit.
 
     """
 
@@ -35,6 +37,7 @@ class Struck(NamedTuple):
     surface: Array
     cue_speed: Array
     regular: NDArray[np.bool_]
+    fails: NDArray[np.bool_]
 
 
 def strike_alone(
@@ -42,10 +45,12 @@ def strike_alone(
 ) -> Struck:
     """Strike the ball with strokes (n, 5), see `vectors_of`."""
     cues = strike(model, *vectors_of(strokes), tolerance)
-    played = np.where(cues['status'] < Status.MISS, 1.0, np.nan)
+    refused = cues['status'] >= Status.MISS
+    played = np.where(refused, np.nan, 1.0)
     regular = (cues['status'] == Status.OK) & ~cues['miscue'] & (cues['hits'] == 1)
     velocity, spin = (played[:, np.newaxis] * cues[name] for name in ('velocity', 'spin'))
-    return Struck(velocity, model.surface.radius * spin, played * cues['speed'], regular)
+    fails = refused | cues['miscue'] | (cues['double_hit'] == 0.0)
+    return Struck(velocity, model.surface.radius * spin, played * cues['speed'], regular, fails)
 
 
 def along_azimuth(model: StrikeModel, strokes: Array) -> Array:

@@ -57,7 +57,7 @@ class PlanRequest:
     constraints: dict[str, Any]
     budget: int
     seed: int
-    time_limit: float | None = None  # s
+    seconds: float | None = None
     balls: Balls = field(default_factory=dict)  # as they were seen; empty: those of the scene
 
 
@@ -100,7 +100,7 @@ def plan_request_of(
         constraints,
         goal.budget or default.budget,
         goal.seed or default.seed,
-        time_limit=goal.time_limit or default.time_limit,
+        seconds=goal.seconds or (None if goal.budget else default.seconds),
         balls=balls,
     )
 

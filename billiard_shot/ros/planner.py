@@ -43,8 +43,9 @@ class PlannerParameters(OfTable):
         docs/planning.md.
     budget : int
         Largest number of simulated strokes, if the goal does not give one.
-    time_limit : float
-        Time after which a search ends with its best stroke; 0: none [s].
+    seconds : float
+        Time after which a search ends with its best stroke, if the goal gives neither a time nor a
+        budget; 0: none [s].
     seed : int
         Seed of all random numbers, if the goal does not give one.
 
@@ -53,7 +54,7 @@ class PlannerParameters(OfTable):
     scene: str = checked('paper', Scene.load)
     target: str = checked('{rest: [0.5, -0.3], radius: 0.1}', target_in)
     budget: int = whole_number(minimum=1, maximum=10_000_000, default=60_000)
-    time_limit: float = number('s', minimum=0.0, maximum=3600.0, default=0.0)
+    seconds: float = number('s', minimum=0.0, maximum=3600.0, default=1.0)
     seed: int = whole_number(minimum=0, maximum=2**31 - 1, default=1)
 
 
@@ -120,7 +121,7 @@ class Planner(Node):
             {name: value for name, value in limits.items() if value != usual[name]},
             own.budget,
             own.seed,
-            time_limit=own.time_limit or None,
+            seconds=own.seconds or None,
         )
 
     def _keep_table(self, message: TableState) -> None:
@@ -168,7 +169,7 @@ class Planner(Node):
                     request.constraints,
                     progress=search.report,
                     cancel=is_over,
-                    time_limit=request.time_limit,
+                    seconds=request.seconds,
                 ),
             )
         finally:

@@ -26,7 +26,6 @@ class StrokeBatch(TableBatch, Shown):
     dissipated: NDArray[np.float64]  # (n, 2, 2) J: contact; restitution, friction
     evaluations: NDArray[np.int64]  # (n,) steps of the impact; 0: it is not solved, but mapped
     error_estimate: NDArray[np.float64]  # (n,) m; 0 if it is not estimated
-    double_hit: NDArray[np.bool_]  # (n,) the cue hit the ball again
     chatter: NDArray[np.bool_]  # (n,) the tip touched the ball again, see `Shot.chatter`
 
     @property
@@ -59,7 +58,7 @@ class StrokeBatch(TableBatch, Shown):
         columns: dict[str, Any] = {'status': [Status(each).name for each in self.status.tolist()]}
         for name in ('velocity', 'spin'):
             columns |= {f'{name}_{x}': getattr(self, name)[:, i] for i, x in enumerate('xyz')}
-        for name in ('cue_speed', 'duration', 'error_estimate', 'double_hit', 'chatter'):
+        for name in ('cue_speed', 'duration', 'error_estimate', 'chatter'):
             columns[name] = getattr(self, name)
         return data_frame(columns | self.columns())
 
@@ -76,6 +75,5 @@ def stroke_batch(scene: Scene, names: tuple[str, ...], played: BatchRecording) -
         dissipated=cues['losses'].reshape(-1, 2, 2),
         evaluations=cues['steps'],
         error_estimate=played.error,
-        double_hit=(cues['hits'] > 0) & (cues['double_hit'] < np.inf),
         chatter=cues['chatter'],
     )

@@ -11,7 +11,12 @@ from math import inf, sqrt
 import numpy as np
 
 from billiard_shot.compiled import inner
-from billiard_shot.impact.beginning import Collisions, ContactProperties
+from billiard_shot.impact.beginning import (
+    Collisions,
+    ContactProperties,
+    NO_LIMITS,
+    TipLimits,
+)
 from billiard_shot.impact.kernel import Scratch, solve_collisions
 from billiard_shot.impact.outcome import CollisionOutcome, ContactResult, Results
 from billiard_shot.impact.solve import scratch
@@ -94,7 +99,7 @@ def solve(table: TableModel, impact: ClusterImpact, room: ImpactRoom) -> None:
     room.tolerance[0] = CUE_IMPACT_TOLERANCE if with_cue else BALL_IMPACT_TOLERANCE
     moves = table.cue.moves if with_cue else table.numbers.ball_duration > 0.0
     interval = table.cue.interval if with_cue else inf
-    solve_bodies(params, impact, room, moves, interval, 0.0, logs=False)
+    solve_bodies(params, impact, room, moves, interval, 0.0, NO_LIMITS, logs=False)
 
 
 @inner
@@ -105,6 +110,7 @@ def solve_bodies(
     moves: bool,
     interval: float,
     swing: float,
+    limits: TipLimits,
     logs: bool,
 ) -> None:
     """Solve the impact of the bodies and contacts of a room, see `Collisions`."""
@@ -123,6 +129,7 @@ def solve_bodies(
             distances=moves or swing > 0.0,
             lengths=unused[0],
             tolerance=room.tolerance,
+            limits=limits,
         ),
         Scratch(work.contacts[:count], work.workspace, work.progress),
         Results(

@@ -73,9 +73,9 @@ def resume(table: TableModel, s: Simulation, cause: int, now: float) -> None:
 
 
 @inner
-def is_decided(s: Simulation) -> bool:
-    """Whether the cue hit again, a ball broke its rule, or all wanted balls have missed."""
-    if s.progress.cue_hits > 0:
+def is_decided(s: Simulation, cue: CueRecord) -> bool:
+    """Whether the stroke failed, a ball broke its rule, or all wanted balls have missed."""
+    if cue.miscue or s.progress.double_hit:
         return True
     met = s.balls[0].first_contact
     if met != NOTHING and s.rules[met].barred:
@@ -139,7 +139,7 @@ def note_hit(params: BallClothParams, s: Simulation, cue: CueRecord, time: float
     if alone and chatters(cue.tip_time + time, z - params.radius):
         cue.chatter = True
     else:
-        s.progress.cue_hits += 1
+        s.progress.double_hit = True
         cue.double_hit = min(cue.double_hit, time)
 
 
@@ -155,9 +155,13 @@ def run_events(
     """
     Simulate until nothing moves, or only endlessly, or all is decided, or the window ends.
 
+    With rules, a stroke that failed already in the strike ends there.
+
     Return when that is [s], and the status of the table.
     """
     p, now, noted = s.progress, 0.0, 0
+    if len(s.rules) > 0 and is_decided(s, cues[number]):
+        return now, OK
     resume(table, s, START, now)
     while True:
         time, i, j = next_event(s)
@@ -174,7 +178,7 @@ def run_events(
             handle_segment_end(table, s, s.balls[i])
         elif j == THE_CUE:
             note_hit(table.params, s, cues[number], now)
-            if p.cue_hits == 0 or len(s.rules) == 0:
+            if not p.double_hit or len(s.rules) == 0:
                 reach = table.cue.neighbour_reach
             # else a foul decides the run: nobody needs to know where the ball goes
         elif j == i:
@@ -189,9 +193,9 @@ def run_events(
             return now, p.unsolved
         if reach != NO_CLUSTER:
             resume(table, s, CUE if j == THE_CUE else CLUSTER, now)
-        elif len(s.rules) > 0 and is_decided(s):
+        if len(s.rules) > 0 and is_decided(s, cues[number]):
             return now, OK
-        else:
+        if reach == NO_CLUSTER:
             predict_collisions(table, s, i, now)
             if j >= 0 and j != i:
                 predict_collisions(table, s, j, now)

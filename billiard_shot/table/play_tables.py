@@ -76,7 +76,7 @@ class TableOutcome:
     segments: int  # of this table and all before it
     events: int
     searches: int  # contacts looked for
-    cue_hits: int  # how often the cue hit ball 0 again after the strike, without chatter
+    double_hit: bool  # the cue hit ball 0 again, in the strike or later; chatter does not count
     jaws_met: int  # rounded jaws that ball 0 met before another ball
 
 
@@ -97,7 +97,7 @@ def begin_table(table: TableModel, s: Simulation, starts: list[BallStart], first
     p, cue, n, radius = s.progress, s.cue, table.numbers, table.params.radius
     out_x, out_y = n.nose_half_length + n.cushion_depth, n.nose_half_width + n.cushion_depth
     p.events, p.participants, p.searches = 0, 0, 0  # but segments go on from table to table
-    p.cue_hits, p.cue_touches, p.unsolved, p.flaw = 0, 0, OK, OK
+    p.double_hit, p.cue_touches, p.unsolved, p.flaw = False, 0, OK, OK
     cue.meeting_time, cue.time, cue.end = math.inf, 0.0, 0.0
     for i in range(len(s.balls)):
         ball, start = s.balls[i], starts[first + i]
@@ -184,11 +184,12 @@ def run_table(
         place_cue(table, s, tables.starts, first, strokes, number, tolerance, cues[number])
         if valid and cues[number].strikes and window.until != PLACED:
             strike(table, s, cues, number, room)
+            s.progress.double_hit = cues[number].double_hit == 0.0
     if valid and window.until > 0.0:
         outcome.duration, outcome.run_status = run_events(table, s, cues, number, window, room)
     p = s.progress
     outcome.segments, outcome.events = p.segments, p.events
-    outcome.searches, outcome.cue_hits = p.searches, p.cue_hits
+    outcome.searches, outcome.double_hit = p.searches, p.double_hit
     outcome.jaws_met = s.balls[0].jaws if valid else 0
     for i in range(count):
         write_outcome(s.balls[i], tables.balls[number * count + i], valid)

@@ -46,7 +46,7 @@ class RunProgress:
     events: int
     searches: int  # contacts looked for
     participants: int  # of impacts of several balls
-    cue_hits: int  # without the strike and chatter
+    double_hit: bool  # the cue hit ball 0 again, in the strike or later; chatter does not count
     cue_touches: int  # without the strike
     unsolved: int  # Status of an impact that was not solved, or OK
     flaw: int  # Status of an impact that was solved, but with a flaw, or OK

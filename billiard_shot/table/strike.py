@@ -15,6 +15,7 @@ In the record a strike takes no time: the run begins at its end.
 from math import inf
 
 from billiard_shot.compiled import inner
+from billiard_shot.impact.beginning import NO_LIMITS, TipLimits
 from billiard_shot.numerics.vectors import dot
 from billiard_shot.status import BUDGET_EXCEEDED, OK, TOLERANCE_NOT_REACHED
 from billiard_shot.table.ball_impact import collide_fixed
@@ -27,6 +28,8 @@ from billiard_shot.table.cluster import (
     takes_part,
 )
 from billiard_shot.table.cue import (
+    CHATTER_HEIGHT,
+    CHATTER_TIME,
     chatters,
     CueParams,
     CueRecord,
@@ -80,8 +83,22 @@ def solve_strike(
     reach = q.neighbour_reach if cue.others else -table.params.radius  # nothing is so near
     impact = gather(table, s, cues, number, Meeting(0.0, 0, THE_CUE, reach), room)
     room.tolerance[0] = CUE_IMPACT_TOLERANCE if cue.others else cue.tolerance
-    solve_bodies(table.params, impact, room, q.moves, q.interval, swing_time(q), logs=True)
+    limits = limits_of(q, cue) if len(s.rules) > 0 else NO_LIMITS
+    swing = swing_time(q)
+    solve_bodies(table.params, impact, room, q.moves, q.interval, swing, limits, logs=True)
     return impact
+
+
+@inner
+def limits_of(q: CueParams, cue: CueRecord) -> TipLimits:
+    """
+    Return the limits beyond which the strike of a trial has failed.
+
+    Near others, only the end tells whether a second hit is chatter.
+    """
+    way = cue.speed * q.tip_duration
+    again, lifted = (inf, inf) if cue.others else (CHATTER_TIME, CHATTER_HEIGHT)
+    return TipLimits(MISCUE_TO_PEAK * way, MISCUE_IN_ALL * way, again, lifted)
 
 
 @inner

@@ -29,7 +29,7 @@ class TableBatch:
     status: NDArray[np.uint16]  # (tables,) Status
     events: NDArray[np.int64]  # (tables,) how many there were
     searches: NDArray[np.int64]  # (tables,) how many contacts were looked for
-    cue_hits: NDArray[np.int64]  # (tables,) how often the cue hit ball 0 again after a strike
+    double_hit: NDArray[np.bool_]  # (tables,) the cue hit ball 0 again, in the strike or later
     miscue: NDArray[np.bool_]  # (tables,) the tip slid on ball 0 in a strike
     jaws_met: NDArray[np.int64]  # (tables,) rounded jaws that ball 0 met before another ball
     rest_time: NDArray[np.float64]  # (tables, balls) s since when it rests, or is off the table
@@ -109,7 +109,7 @@ class TableBatch:
             'off_table': self._listed(self.off_table),
             'to_cushion': self._listed(self.to_cushion),
             'cushions': self.cushions[:, 0],
-            'cue_hits': self.cue_hits,
+            'double_hit': self.double_hit,
             'miscue': self.miscue,
             **places,
         }
@@ -138,7 +138,7 @@ def batch_of(played: BatchRecording, names: tuple[str, ...]) -> TableBatch:
         status=played.status.astype(np.uint16),
         events=tables['events'],
         searches=tables['searches'],
-        cue_hits=tables['cue_hits'],
+        double_hit=tables['double_hit'],
         miscue=cues['miscue'] if len(cues) else np.zeros(len(tables), np.bool_),
         jaws_met=tables['jaws_met'],
         rest_time=balls['time'],

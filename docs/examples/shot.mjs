@@ -10,5 +10,5 @@ const { chance, interval } = await table.chance(balls, best.stroke, best);
 console.log(`8 into ${best.pocket}: ${chance}, 95 % CI ${interval}`);
 
 const shot = table.shoot(balls, { ...best.stroke, b: 0.3 }); // the tip hits above the middle
-console.log(shot.status, shot.balls[8].pocket, shot.events.map((event) => event.cause));
+console.log(shot.status, shot.balls[8].pocket, shot.events.map((event) => event.kind));
 console.log(shot.at(0.5).cue.position, shot.balls.cue.position);

@@ -17,6 +17,7 @@ from billiard_shot import machine_code, predict, predict_batch, Scene, shots, St
 from billiard_shot.embed.core_files import core_folder, MODULE, PAGES
 from billiard_shot.embed.page_scene import export_scene
 from billiard_shot.planning.statistics import wilson_interval
+from billiard_shot.scene.player import OFFSETS
 from billiard_shot.shot.accuracy import Accuracy, DEFAULT_SHOT_TOLERANCE
 from billiard_shot.shot.play import play_by
 from billiard_shot.shot.setting import setting_of
@@ -132,11 +133,46 @@ TIMES = [-1, 0, 0.3, 1.1, 2.7, 99]
 STROKE = {'a': 0.1, 'elevation': 0.05, 'azimuth': 0.12, 'speed': 4.0}
 
 
+def events_of(run):
+    return [[each.time, each.kind, list(each.balls), each.place] for each in run.events]
+
+
+@needs_node
+def test_events_have_the_names_of_python():
+    _, offsets = drawn(BLOCKED, 150)
+    asked, expected = [], []
+    for offset in offsets[np.isfinite(offsets).all(axis=1)].tolist():
+        shot = predict(BLOCKED, Stroke.from_offsets(*offset))
+        if not shot.status.refused:
+            expected.append(events_of(shot.run))
+            asked.append(dict(zip(OFFSETS, offset, strict=True)))
+    script = f"""
+    return {json.dumps(asked)}.map((stroke) => table.shoot(table.scene.places, stroke).events
+      .map(({{ time, kind, balls, place }}) => [time, kind, balls, place]));"""
+    assert in_node(export_scene(BLOCKED), script=script) == expected
+    kinds = {kind for events in expected for _, kind, _, _ in events}
+    assert {'land', 'bounce', 'roll', 'spin_end', 'rest', 'ball', 'cushion', 'pocket'} <= kinds
+
+
+@needs_node
+def test_a_double_hit_reaches_no_target():
+    balls = {'cue': [0.9, 0.42], '8': [0.9 + 0.0445, 0.42 + 0.0445]}
+    script = f"""
+    const balls = {json.dumps(balls)};
+    const stroke = {{ elevation: 0.14, azimuth: Math.PI / 4, speed: 2 }};
+    const shot = table.shoot(balls, stroke);
+    const noise = {{ a: 0, b: 0, elevation: 0, azimuth: 0, speed: 0 }};
+    const found = await table.chance(balls, stroke, {{ ball: '8' }}, noise, 3);
+    return [shot.doubleHit, shot.balls[8].pocket, shot.reaches({{ ball: '8' }}), found.chance];"""
+    scene = Scene.from_dict({'like': 'pool_table', 'balls': balls})
+    assert in_node(export_scene(scene), script=script) == [True, 'foot_left', False, 0]
+
+
 @needs_node
 def test_a_shot_tells_what_happened():
     script = f"""
     const shot = table.shoot(table.scene.places, {json.dumps(STROKE)});
-    const events = shot.events.map(({{ time, balls }}) => [time, balls]);
+    const events = shot.events.map(({{ time, kind, balls, place }}) => [time, kind, balls, place]);
     const path = {TIMES}.map((time) => shot.at(time));
     return {{ ...shot, events, path, segments: shot.segments }};"""
     found = in_node(export_scene(BLOCKED), script=script)
@@ -149,11 +185,8 @@ def test_a_shot_tells_what_happened():
     }
     pocketed = {name: end['pocket'] for name, end in found['balls'].items() if 'pocket' in end}
     assert pocketed == run.pocketed
-    members = [[run.names[i] for i in balls] for balls in run._events.balls()]
-    assert found['events'] == [
-        [time, balls] for time, balls in zip(run._events.rows['time'], members, strict=True)
-    ]
-    assert {len(balls) for _, balls in found['events']} == {1, 2}
+    assert found['events'] == events_of(run)
+    assert {len(balls) for _, _, balls, _ in found['events']} == {1, 2}
     for time, states in zip(TIMES, found['path'], strict=True):
         for name, state in run.at(time).items():
             assert states[name]['motion'] == Motion(int(state.motion)).name

@@ -21,6 +21,7 @@ import pytest
 from billiard_shot import machine_code, plan, Scene
 from billiard_shot.cli import main
 from billiard_shot.pictures.view import page_of_scene
+from billiard_shot.planning.plan import USUAL_SECONDS
 
 pytest.importorskip('tornado', reason='needs the extra live')
 from billiard_shot.cli import plan_server
@@ -114,7 +115,7 @@ def test_a_plan_is_for_the_state_of_the_page(address, monkeypatch):
     given = []
 
     def note(scene, target, noise, **options):
-        given[:] = scene, target, noise
+        given[:] = scene, target, noise, options['seconds']
         raise ValueError('noted')
 
     monkeypatch.setattr(plan_server, 'plan', note)
@@ -124,8 +125,12 @@ def test_a_plan_is_for_the_state_of_the_page(address, monkeypatch):
         'parameters': {'cloth.rolling_resistance': 0.02},
         'noise': {'a': 0.1, 'b': 0, 'elevation': 0, 'azimuth': 0.01, 'speed': 0.5},
     }
-    assert lines_of(address, {'state': state, 'target': {'hit': '8'}}) == [{'refused': 'noted'}]
-    scene, target, noise = given
+    asked = {'state': state, 'target': {'hit': '8'}}
+    assert lines_of(address, asked) == [{'refused': 'noted'}]
+    assert given[3] == USUAL_SECONDS
+    assert lines_of(address, {**asked, 'seconds': 7.5}) == [{'refused': 'noted'}]
+    scene, target, noise, seconds = given
+    assert seconds == 7.5
     assert scene.balls == {'cue': (0.1, 0.2), '8': (0.5, 0.1)}
     assert scene.effects.throw == 'off'
     assert scene.cloth.rolling_resistance == 0.02
@@ -137,6 +142,10 @@ def test_a_plan_is_for_the_state_of_the_page(address, monkeypatch):
     ('request_', 'why'),
     [
         ({'state': {}, 'target': {'pot': '9'}}, 'target: pot must be one of 1, 8'),
+        (
+            {'state': {}, 'target': {'pot': '8'}, 'seconds': -1},
+            'seconds must be finite and above 0, got -1',
+        ),
         ({'state': {'balls': {'cue': [9, 0]}}, 'target': {'hit': '8'}}, 'balls.cue must be '),
         ({'state': {'parameters': {'cloth.colour': 1}}, 'target': {'hit': '8'}}, 'unknown'),
         ({'state': {'effects': ['wind']}, 'target': {'hit': '8'}}, 'wind'),
@@ -182,7 +191,7 @@ def test_a_search_that_fails_says_why(address, monkeypatch):
 def endless(begun, ended):
     """A search that ends only if it is cancelled."""
 
-    def search(scene, target, noise, progress, cancel):
+    def search(scene, target, noise, progress, cancel, **_):
         begun.set()
         end = time.monotonic() + PATIENCE
         while not cancel() and time.monotonic() < end:

@@ -1,5 +1,7 @@
 """The geometry of candidates, intervals, limits: what must be true of them."""
 
+from concurrent.futures import ThreadPoolExecutor
+
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from layouts import cloth_with, table_with
@@ -12,6 +14,7 @@ from billiard_shot.planning.limits import limits_of
 from billiard_shot.planning.noises import NOISES
 from billiard_shot.planning.problem import problem_of
 from billiard_shot.planning.routes import candidates_along, random_candidates, routes_to
+from billiard_shot.planning.runner import Runner, StoppedError
 from billiard_shot.planning.statistics import wilson_interval
 from billiard_shot.planning.targets import target_of
 from billiard_shot.planning.waypoints import is_clear, mirror_path, sequences, waypoints
@@ -105,9 +108,12 @@ def test_candidates_keep_to_the_limits():
 BLOCKED = cloth_with(cue=(-0.5, 0), b8=(0.5, 0), b1=(0, 0))
 
 
-def curved(goes_on=lambda: True, most=1000):
+def curved(most=1000, *, spent=False, cancel=None):
     problem = problem_in(BLOCKED, {'hit': '8'})
-    return curved_candidates(problem, waypoints(problem, 0)[:1], most, goes_on).strokes
+    with ThreadPoolExecutor(2) as threads:
+        runner = Runner(problem, 1000, threads, cancel=cancel)
+        runner.simulations = runner.budget if spent else 0
+        return curved_candidates(problem, waypoints(problem, 0)[:1], most, runner).strokes
 
 
 def test_curved_candidates_pass_the_ball_in_the_way():
@@ -121,10 +127,10 @@ def test_curved_candidates_pass_the_ball_in_the_way():
 
 
 def test_curves_end_when_the_search_does_or_enough_are_found():
-    assert len(curved(lambda: False)) == 0
-    answers = iter([True, True, False])
-    some, every = curved(lambda: next(answers)), curved()
-    assert 0 < len(some) < len(every)
+    with pytest.raises(StoppedError):
+        curved(cancel=lambda: True)
+    every = curved()
+    assert len(curved(spent=True)) < 0.5 * len(every)
     assert ENOUGH <= len(curved(most=10_000)) < ENOUGH + CURVES_AT_ONCE
 
 

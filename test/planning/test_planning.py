@@ -213,7 +213,7 @@ def test_any_in_a_list_is_any():
 
 
 def test_numbers_of_numpy_are_numbers():
-    numbers = {'budget': np.int64(100), 'seed': np.int32(1), 'time_limit': np.float32(60)}
+    numbers = {'budget': np.int64(100), 'seed': np.int32(1), 'seconds': np.float32(60)}
     expected = plan(SCENE, {'hit': '8'}, budget=100, seed=1)
     assert plan(SCENE, {'hit': '8'}, **numbers).best.stroke == expected.best.stroke
 
@@ -427,28 +427,47 @@ def test_one_of_several_balls_is_met_first():
     assert bound.best.shot.run.first_met['cue'] in ('1', '8')
 
 
-def test_a_time_limit_ends_the_search():
+def test_the_time_ends_the_search():
     target = {'pot': '8', 'leave': (0.6, 0.0), 'radius': 0.05}
     free = plan(SCENE, target)
-    short = plan(SCENE, target, time_limit=0.02)
+    short = plan(SCENE, target, seconds=0.02)
     assert short.simulations < free.simulations
     assert short.status in (Status.OK, Status.NO_PLAN)
     if short.status == Status.NO_PLAN:
         assert 'until the time was up' in short.message or not short.simulations
     for wrong in (0, -1.0, 'soon', float('nan'), float('inf')):
-        with pytest.raises(ValueError, match='time_limit'):
-            plan(SCENE, target, time_limit=wrong)
+        with pytest.raises(ValueError, match='seconds'):
+            plan(SCENE, target, seconds=wrong)
 
 
-def test_a_time_limit_longer_than_any_search_is_none():
+def test_a_time_longer_than_any_search_is_none():
     target = {'rest': (0.3, 0.2), 'radius': 0.1}
-    assert plan(SCENE, target, budget=100, time_limit=1e308).status is Status.OK
+    assert plan(SCENE, target, budget=100, seconds=1e308).status is Status.OK
 
 
-def test_a_time_limit_before_the_first_stroke_says_so():
-    none = plan(SCENE, {'pot': '8'}, time_limit=1e-9)
+def test_a_search_that_ends_early_says_what_it_did_not_try():
+    asked = {'pot': '8', 'leave': (-1.0, 0.5), 'radius': 0.01}
+    ended = plan(SCENE, asked, budget=60)
+    assert 'not tried: combinations' in ended.message
+    assert 'curves' in ended.message
+    polls = iter(range(10**6))
+    cancelled = plan(SCENE, asked, cancel=lambda: next(polls) > 3)
+    assert cancelled.status is Status.CANCELLED
+    assert 'not tried: ' in cancelled.message
+    assert 'not tried' not in plan(SCENE, {'hit': '8'}, budget=3000).message
+
+
+def test_a_wide_interval_is_not_converged():
+    for budget in (200, 4000):
+        result = plan('blocked', {'pot': '8'}, budget=budget)
+        low, high = result.ranking[0].interval
+        assert high - low <= 0.1 or not result.converged
+
+
+def test_a_time_before_the_first_stroke_says_so():
+    none = plan(SCENE, {'pot': '8'}, seconds=1e-9)
     assert (none.status, none.simulations) == (Status.NO_PLAN, 0)
-    assert none.message.startswith('time_limit: the time was up before a stroke was tried')
+    assert none.message.startswith('seconds: the time was up before a stroke was tried')
 
 
 def test_a_miscue_reaches_no_target():
@@ -514,7 +533,7 @@ def test_a_task_that_ends_late_is_not_a_timeout():
     assert late.waits == 1
 
 
-def test_strokes_that_take_long_do_not_outlast_the_time_limit():
+def test_strokes_that_take_long_do_not_outlast_the_time():
     """Before, slow strokes used up the time, and no time was left to judge the best ones."""
 
     class Slow(ThreadPoolExecutor):
@@ -525,7 +544,7 @@ def test_strokes_that_take_long_do_not_outlast_the_time_limit():
         SCENE, target_of(SCENE, {'pot': '8'}), limits_of(SCENE, None, SCENE.noise), SCENE.noise
     )
     strokes = np.tile([0.0, 0.1, 0.1, 0.3, 2.0], (100 * CHUNK, 1))
-    runner = Runner(problem, 10**6, Slow(1), time_limit=1.0)
+    runner = Runner(problem, 10**6, Slow(1), seconds=1.0)
     runner.simulations = 10**6 // 2  # in no time
     done = len(runner.evaluate(strokes, exact=True).success)
     assert 0 < done < len(strokes)
@@ -545,6 +564,28 @@ def test_a_stroke_that_does_wrong_without_errors_says_so():
     alone = plan('pool', {'rest': (1.0, 0.5)}, budget=1000).best  # a ball on an endless cloth
     assert alone.warning == ''
     assert replace(alone, stroke=aside).warning == 'without errors the target is missed'
+
+
+@pytest.mark.parametrize('seed', range(10))
+def test_intervals_hold_where_a_raised_cue_may_hit_twice(seed):
+    """Blockers raise the cue, which then hits twice in the strike; fresh errors judge."""
+    draw = np.random.default_rng(seed)
+    places = draw.uniform((-1.0, -0.5), (1.0, 0.5), (3, 2))
+    turn = draw.uniform(0.0, 2.0 * np.pi)
+    behind = places[0] + 0.12 * np.array([np.cos(turn), np.sin(turn)])
+    scene = table_with(
+        cue=tuple(places[0]), b1=tuple(places[1]), b2=tuple(behind), b3=tuple(places[2])
+    )
+    low = float(draw.uniform(20.0, 60.0))
+    limits = {'elevation_min_deg': low, 'elevation_max_deg': low + 15.0}
+    best = plan(scene, {'hit': '1'}, budget=1200, seed=seed, constraints=limits).best
+    offsets = scene.noise.sample(best.stroke.offsets, 1000, draw, scene.ball.radius)
+    batch = predict_batch(scene, offsets=offsets)
+    fouls = batch.refused | batch.miscue | batch.double_hit | batch.off_table.any(axis=1)
+    reached = ~fouls & (batch.first_met[:, 0] == 1) & (batch.pocket[:, 0] < 0)
+    sure = 2.0 * np.sqrt(max(reached.mean() * (1.0 - reached.mean()), 1e-3) / len(reached))
+    low, high = best.interval
+    assert low - sure <= reached.mean() <= high + sure
 
 
 def test_a_second_hit_of_the_cue_is_a_foul():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from billiard_shot import Scene
-from billiard_shot.planning.evaluate import evaluate_strokes
+from billiard_shot.planning.evaluate import evaluate_strokes, penalties_of, simulate_strokes
 from billiard_shot.planning.limits import limits_of
 from billiard_shot.planning.noises import NOISES, TRIALS
 from billiard_shot.planning.problem import problem_of
@@ -145,3 +145,20 @@ def test_an_early_end_never_makes_a_success():
     early = evaluate_strokes(asked, strokes, to_the_end=False)
     assert not (early.success & ~full.success).any()
     assert (full.success & ~early.success).mean() < 0.03
+
+
+def test_a_trial_that_failed_in_the_strike_ends_there():
+    """Success is that of complete runs; a stroke that failed takes no time."""
+    asked = problem(Noise())
+    draw = np.random.default_rng(2)
+    strokes = draw.uniform((-0.6, -0.6, 0.1, -0.2, 1.0), (0.6, 0.6, 1.3, 0.6, 4.0), (600, 5))
+    full, usable = simulate_strokes(asked, strokes)
+    ended, _ = simulate_strokes(asked, strokes, rules=asked.rules)
+    failed = usable & (full.cues['miscue'] | full.tables['double_hit'])
+    success = usable & (penalties_of(asked, full) == 0.0)
+    assert (success == (usable & (penalties_of(asked, ended) == 0.0))).all()
+    assert not (success & failed).any()
+    in_strike = usable & (full.cues['double_hit'] == 0.0)
+    assert in_strike.sum() > 20
+    assert (ended.tables['duration'][in_strike | full.cues['miscue']] == 0.0).all()
+    assert (ended.tables['duration'] <= full.tables['duration']).all()

@@ -117,6 +117,8 @@ def asking(node, launch):
         'target:="{pot: \'8\', pocket: any}"',
         '-p',
         'budget:=2000',
+        '-p',
+        'seconds:=0.0',
         '-r',
         'table_state:=seen_by_planner',
     )
@@ -386,12 +388,14 @@ def test_limits_and_noise_of_messages():
     assert (task.budget, task.seed, task.scene) == (2000, 1, SCENE)
 
 
-def test_balls_to_keep_and_time_limits_of_messages():
-    own = replace(DEFAULT, time_limit=9.0)
+def test_balls_to_keep_and_times_of_messages():
+    own = replace(DEFAULT, seconds=9.0)
     task = plan_conversions.plan_request_of(PlanShot.Goal(keep=['1', '8']), own, None, 'table')
-    assert (task.constraints['keep'], task.time_limit) == (['1', '8'], 9.0)
-    task = plan_conversions.plan_request_of(PlanShot.Goal(time_limit=0.5), own, None, 'table')
-    assert ('keep' in task.constraints, task.time_limit) == (False, 0.5)
+    assert (task.constraints['keep'], task.seconds) == (['1', '8'], 9.0)
+    task = plan_conversions.plan_request_of(PlanShot.Goal(seconds=0.5), own, None, 'table')
+    assert ('keep' in task.constraints, task.seconds) == (False, 0.5)
+    task = plan_conversions.plan_request_of(PlanShot.Goal(budget=100), own, None, 'table')
+    assert (task.budget, task.seconds) == (100, None)
 
 
 def test_the_plan_has_the_balls_as_they_were_seen():

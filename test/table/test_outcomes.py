@@ -113,4 +113,4 @@ def test_a_data_frame_has_what_rules_ask():
     times = frame['first_contact_time']
     assert times.isna().tolist() == [False, True]
     assert times.describe()['mean'] == times[0]  # not infinite
-    assert {'pocketed', 'off_table', 'cue_hits', 'cushions', 'cue_x', '1_y'} < set(frame.columns)
+    assert {'pocketed', 'off_table', 'double_hit', 'cushions', 'cue_x', '1_y'} < set(frame.columns)

@@ -27,6 +27,7 @@ const VECTORS = ['normal', 'velocity'];
 const FINITE = [-1e12, 1e12, '1 or m/s'];
 const REFUSED = 100; // the first status of strokes that are refused
 const END = 4; // numbers of the end of a ball in a sample
+const BEGIN = ['ROLL', 'SPIN', 'REST']; // motions whose beginnings are events
 const Z95 = 1.959963984540054; // quantile of a two-sided 95 % interval
 const WORKER = 'billiard_shot'; // name of the workers that run this file
 const CORES = globalThis.Worker ? navigator.hardwareConcurrency : 0;
@@ -177,9 +178,16 @@ class Call {
 
 const isGone = ({ motion }) => motion === 'POCKETED' || motion === 'OFF_TABLE';
 
-/** Whether a ball ends as a target wants it, and the cue ball on the table. */
-const isReached = ({ pocket }, ball, cue) =>
-  ball.motion === 'POCKETED' && [undefined, ball.pocket].includes(pocket) && !isGone(cue);
+/** Whether a ball ends as a target wants it, the cue ball on the table, and the cue hit it once. */
+const isReached = ({ pocket }, ball, cue, doubleHit) =>
+  ball.motion === 'POCKETED' && [undefined, ball.pocket].includes(pocket) && !isGone(cue) && !doubleHit;
+
+/** What happens between two motions of a ball. */
+function kindsOf(before, after, cause) {
+  if (cause !== 'OWN' && cause !== 'RELEASE') return [cause.toLowerCase()];
+  if (after === before) return cause === 'RELEASE' ? [] : [after === 'FLIGHT' ? 'bounce' : 'spin_end'];
+  return [...(before === 'FLIGHT' ? ['land'] : []), ...(BEGIN.includes(after) ? [after.toLowerCase()] : [])];
+}
 
 /** A shot that was played. */
 class Shot {
@@ -192,6 +200,7 @@ class Shot {
     this.refused = end.status >= REFUSED; // nothing was played
     this.error = end.error; // m, estimate for the trajectory of the cue ball
     this.duration = end.duration; // s, until all balls rest
+    this.doubleHit = end.double_hit; // the cue hit the ball again, in the strike or later
     this.cue = cue; // after the strike: its speed, how often it hit the ball, a miscue
     const ends = outcomes.map((ball, i) => {
       const motion = meanings.Motion[ball.motion];
@@ -203,7 +212,7 @@ class Shot {
 
   /** Whether the shot reaches a target. @param {Target} target */
   reaches(target) {
-    return isReached(target, this.balls[target.ball], this.balls[this.scene.names[0]]);
+    return isReached(target, this.balls[target.ball], this.balls[this.scene.names[0]], this.doubleHit);
   }
 
   /** Segments of each ball in the order of time. */
@@ -217,17 +226,23 @@ class Shot {
     return Object.defineProperty(this, 'segments', { value: found }).segments; // read once
   }
 
-  /** Events in the order of time, with the balls that take part. */
+  /**
+   * Events in the order of time, with the names that Python has: `kind`, `balls`, `place` (a pocket or
+   * cushion, else empty), and the kinetic energies of these balls, `before` and `after` [J].
+   */
   get events() {
-    const { names, pockets } = this.scene;
+    const { names, pockets, cushions } = this.scene;
+    const { Motion, Cause } = this.meanings;
     const members = this.#record[2].all(); // number of an event and a ball in turn
-    return this.#record[1].all().map((event, number) => {
-      const cause = this.meanings.Cause[event.cause];
-      const pair = cause === 'BALL' ? [event.ball, event.other] : [event.ball];
+    return this.#record[1].all().flatMap((event, number) => {
+      const { time, ball, other, energy_before: before, energy_after: after } = event;
+      const cause = Cause[event.cause];
       const group = members.filter((_, k) => k % 2 && members[k - 1] === number);
-      const balls = ['CLUSTER', 'CUE'].includes(cause) ? group : pair;
-      const pocket = cause === 'POCKET' ? pockets[event.other] : undefined;
-      return { ...event, cause, balls: balls.map((ball) => names[ball]), pocket };
+      const several = ['CLUSTER', 'CUE'].includes(cause);
+      const balls = (several ? group : cause === 'BALL' ? [ball, other] : [ball]).map((i) => names[i]);
+      const place = { POCKET: pockets[other], CUSHION: cushions[other] }[cause] ?? '';
+      const kinds = kindsOf(Motion[event.motion_before], Motion[event.motion_after], cause);
+      return kinds.map((kind, k) => ({ time, kind, balls, place, before: k ? after : before, after }));
     });
   }
 
@@ -256,7 +271,7 @@ class Sample {
   ball(name) {
     const { names, pockets } = this.scene;
     return Array.from({ length: this.count }, (_, k) => {
-      const at = END * (k * names.length + names.indexOf(name));
+      const at = k * (END * names.length + 1) + END * names.indexOf(name);
       const [x, y, motion, pocket] = this.ends.subarray(at, at + END);
       return { position: [x, y], motion: this.meanings.Motion[motion], pocket: pockets[pocket] };
     });
@@ -270,7 +285,9 @@ class Sample {
   /** The share of strokes that reach a target, with its 95 % interval. @param {Target} target */
   chance(target) {
     const cue = this.ball(this.scene.names[0]);
-    const reached = this.ball(target.ball).filter((ball, k) => isReached(target, ball, cue[k]));
+    const width = END * this.scene.names.length + 1;
+    const doubleHit = (k) => this.ends[(k + 1) * width - 1];
+    const reached = this.ball(target.ball).filter((ball, k) => isReached(target, ball, cue[k], doubleHit(k)));
     const [n, chance] = [this.count, reached.length / this.count];
     // E. B. Wilson, J. Am. Stat. Assoc. 22, 1927
     const square = Z95 ** 2 / n;
@@ -367,14 +384,17 @@ class Table {
     });
   }
 
-  /** Play strokes: for each one and each ball the place (x, y), the motion and the pocket at its end. */
+  /**
+   * Play strokes: for each one and each ball the place (x, y), the motion and the pocket at its end;
+   * after these whether the cue hit the ball again.
+   */
   ends(balls, strokes) {
     this.lay(balls);
     const { play_tables: call } = this.calls;
-    const found = new Float64Array(strokes.length * this.scene.names.length * END);
+    const found = new Float64Array(strokes.length * (this.scene.names.length * END + 1));
     let at = 0;
     for (const stroke of strokes) {
-      this.strike(stroke);
+      const { end } = this.strike(stroke);
       const { layout, length, doubles, integers } = call.rows('tables.balls');
       const [place, motion, pocket] = ['position', 'motion', 'pocket'].map((name) =>
         layout.fields.find((field) => field.name === name).offset / WORD);
@@ -384,6 +404,7 @@ class Table {
         found[at++] = Number(integers[row + motion]);
         found[at++] = Number(integers[row + pocket]);
       }
+      found[at++] = end.double_hit;
     }
     return found;
   }
@@ -409,9 +430,9 @@ class Table {
         worker.onerror = ({ message }) => reject(new Error(`a worker failed: ${message}`));
       });
     });
-    const found = new Float64Array(strokes.length * this.scene.names.length * END);
-    (await Promise.all(parts)).forEach((part, i) =>
-      found.set(part, i * size * this.scene.names.length * END));
+    const width = this.scene.names.length * END + 1;
+    const found = new Float64Array(strokes.length * width);
+    (await Promise.all(parts)).forEach((part, i) => found.set(part, i * size * width));
     return found;
   }
 

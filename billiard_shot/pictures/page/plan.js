@@ -56,7 +56,7 @@ async function plan() {
   const { pot: ball, pocket } = goal;
   const known = ball && ball !== 'any';
   const start = { balls, effects, parameters, target: known ? { ball, ...(pocket !== 'any' && { pocket }) } : null };
-  const request = { state: publicState(), target: goal };
+  const request = { state: publicState(), target: goal, seconds: element('seconds').valueAsNumber };
   search = new AbortController();
   element('search').textContent = 'Cancel';
   element('plans').replaceChildren();
