@@ -15,7 +15,8 @@
  * @typedef {Record<string, number>} Stroke as of `Stroke.from_offsets`; what is not given is 0.
  *     Or the vectors `normal` and `velocity` of a `Stroke`
  * @typedef {Record<string, number>} Noise standard deviations of normal errors of a stroke
- * @typedef {{ball: string, pocket?: string}} Target a ball that is to fall; the cue ball must not
+ * @typedef {{ball?: string, pocket?: string}} Target a ball that is to fall, by default any, as in a
+ *     break; the cue ball must not
  */
 
 const WORD = 8; // bytes of a number, and of a word of a table of arguments
@@ -177,9 +178,12 @@ class Call {
 
 const isGone = ({ motion }) => motion === 'POCKETED' || motion === 'OFF_TABLE';
 
-/** Whether a ball ends as a target wants it, and the cue ball on the table. */
-const isReached = ({ pocket }, ball, cue) =>
-  ball.motion === 'POCKETED' && [undefined, ball.pocket].includes(pocket) && !isGone(cue);
+/** Whether balls end as a target wants it, and the cue ball on the table; `endOf` tells how by name. */
+function isReached({ ball, pocket }, [cue, ...others], endOf) {
+  const falls = (end) => end?.motion === 'POCKETED' && [undefined, end.pocket].includes(pocket);
+  const wanted = ball === undefined ? others : [ball];
+  return wanted.some((name) => falls(endOf(name))) && !isGone(endOf(cue));
+}
 
 /** A shot that was played. */
 class Shot {
@@ -203,7 +207,7 @@ class Shot {
 
   /** Whether the shot reaches a target. @param {Target} target */
   reaches(target) {
-    return isReached(target, this.balls[target.ball], this.balls[this.scene.names[0]]);
+    return isReached(target, this.scene.names, (name) => this.balls[name]);
   }
 
   /** Segments of each ball in the order of time. */
@@ -252,14 +256,25 @@ class Sample {
     Object.assign(this, { scene, meanings, count, ends });
   }
 
-  /** How a ball ends in each stroke: `position` (x, y) [m], `motion` and `pocket`. */
-  ball(name) {
+  /** The strokes of this sample and of another one. @param {Sample} other */
+  and(other) {
+    const ends = new Float64Array(this.ends.length + other.ends.length);
+    ends.set(this.ends);
+    ends.set(other.ends, this.ends.length);
+    return new Sample(this, this.count + other.count, ends);
+  }
+
+  /** How a ball ends in a stroke: `position` (x, y) [m], `motion` and `pocket`. */
+  end(name, stroke) {
     const { names, pockets } = this.scene;
-    return Array.from({ length: this.count }, (_, k) => {
-      const at = END * (k * names.length + names.indexOf(name));
-      const [x, y, motion, pocket] = this.ends.subarray(at, at + END);
-      return { position: [x, y], motion: this.meanings.Motion[motion], pocket: pockets[pocket] };
-    });
+    const at = END * (stroke * names.length + names.indexOf(name));
+    const [x, y, motion, pocket] = this.ends.subarray(at, at + END);
+    return { position: [x, y], motion: this.meanings.Motion[motion], pocket: pockets[pocket] };
+  }
+
+  /** How a ball ends in each stroke. */
+  ball(name) {
+    return Array.from({ length: this.count }, (_, stroke) => this.end(name, stroke));
   }
 
   /** Places (x, y) where a ball rests [m]. */
@@ -269,9 +284,11 @@ class Sample {
 
   /** The share of strokes that reach a target, with its 95 % interval. @param {Target} target */
   chance(target) {
-    const cue = this.ball(this.scene.names[0]);
-    const reached = this.ball(target.ball).filter((ball, k) => isReached(target, ball, cue[k]));
-    const [n, chance] = [this.count, reached.length / this.count];
+    let reached = 0;
+    for (let stroke = 0; stroke < this.count; stroke++) {
+      reached += isReached(target, this.scene.names, (name) => this.end(name, stroke));
+    }
+    const [n, chance] = [this.count, reached / this.count];
     // E. B. Wilson, J. Am. Stat. Assoc. 22, 1927
     const square = Z95 ** 2 / n;
     const middle = (chance + square / 2) / (1 + square);
@@ -344,7 +361,7 @@ class Table {
     this.check(balls, stroke);
     within('n', Number.isInteger(n) ? n : NaN, [1, Infinity, 'a whole number of strokes']);
     this.checkNoise(noise);
-    oneOf('target.ball', target.ball, Object.keys(balls));
+    if (target.ball !== undefined) oneOf('target.ball', target.ball, Object.keys(balls));
     oneOf('target.pocket', target.pocket, [undefined, ...pockets]);
     return (await this.sample(balls, this.drawn(stroke, noise, n, seed))).chance(target);
   }
