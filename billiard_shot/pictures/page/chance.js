@@ -66,7 +66,7 @@ function clearClouds() {
 const clouds = () => Object.entries(CLOUDS)
   .map(([name, colour]) => ({ name, colour, width: 2, opacity: 0.35 }));
 
-const inWords = ({ ball, pocket }) => (ball === undefined ? 'break: a ball falls, the cue ball does not'
+const inWords = ({ ball, pocket }) => (ball === undefined ? 'break: a ball falls, the cue ball stays'
   : `${ballInWords(ball)} into ${placeInWords(pocket ?? 'any pocket')}`);
 
 function showChance() {

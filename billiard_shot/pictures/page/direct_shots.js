@@ -43,15 +43,10 @@ function firstStroke(balls) {
 }
 
 function* breaks(balls) {
-  const [x, y] = balls.cue;
-  const [u, v] = nearestBall(balls);
-  for (const speed of BREAK.speeds) {
-    for (const b of BREAK.tips) {
-      for (const beside of BREAK.beside) {
-        const azimuth = Math.atan2(v + beside * data.scene.radius - y, u - x);
-        yield { stroke: withRoom(balls, { a: 0, b, azimuth, speed }), target: {} };
-      }
-    }
+  const [[x, y], [u, v], { speeds, tips, beside }] = [balls.cue, nearestBall(balls), BREAK];
+  for (const [speed, b, side] of speeds.flatMap((s) => tips.flatMap((t) => beside.map((d) => [s, t, d])))) {
+    const azimuth = Math.atan2(v + side * data.scene.radius - y, u - x);
+    yield { stroke: withRoom(balls, { a: 0, b, azimuth, speed }), target: {} };
   }
 }
 

@@ -190,7 +190,11 @@ function fillPage() {
   document.querySelector('h1').textContent = data.title;
   fill('rate', RATES.map((rate) => [`${rate}×`, rate]));
   element('rate').value = 1;
-  for (const name of TABS) element(`tab-${name}`).addEventListener('click', () => openTab(name));
+  element('tabs').replaceChildren(...TABS.map((name) => {
+    const made = button(name, () => openTab(name), { id: `tab-${name}`, role: 'tab' });
+    made.setAttribute('aria-controls', `panel-${name}`);
+    return made;
+  }));
   element('tabs').addEventListener('keydown', (event) => {
     const by = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
     if (!by) return;
@@ -250,7 +254,7 @@ function listen() {
   };
   for (const [name, act] of Object.entries(clicks)) element(name).addEventListener('click', () => act());
   for (const name of ['names', 'paths']) element(name).addEventListener('change', draw);
-  for (const name of ['ball', 'kind']) element(name).addEventListener('change', listEvents);
+  element('ball').addEventListener('change', listEvents);
   element('follow').addEventListener('change', ({ target: { value } }) => followNamed(value));
   element('units').addEventListener('change', ({ target: { value } }) => change({ units: value }));
   document.querySelectorAll('[data-view]').forEach((each) => {
@@ -276,18 +280,17 @@ function showPanel(on) {
 
 function listenToHandle() {
   const handle = element('pull');
-  let [from, pulled] = [null, false];
+  let from = null; // where it was touched; null once it is pulled
   handle.addEventListener('pointerdown', ({ pointerId, clientY }) => {
     handle.setPointerCapture(pointerId);
-    [from, pulled] = [clientY, false];
+    from = clientY;
   });
-  handle.addEventListener('pointermove', ({ clientY }) => {
-    if (from === null || Math.abs(clientY - from) < PULL) return;
+  handle.addEventListener('pointermove', ({ clientY, buttons }) => {
+    if (!buttons || from === null || Math.abs(clientY - from) < PULL) return;
     showPanel(clientY < from);
-    [from, pulled] = [null, true];
+    from = null;
   });
-  handle.addEventListener('pointerup', () => { from = null; });
-  handle.addEventListener('click', () => pulled || showPanel(isAway()));
+  handle.addEventListener('click', ({ detail }) => (detail && from === null) || showPanel(isAway()));
 }
 
 function followNamed(name) {
