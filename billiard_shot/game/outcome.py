@@ -31,7 +31,8 @@ class Outcome:
     first_contact : str, optional
         The ball that the cue ball met first; None if it met none.
     pocketed : tuple of (str, str)
-        Ball and pocket, in the order of time, with the cue ball; pocket '' if nobody saw which one.
+        Ball and pocket, in the order of time, with the cue ball. The pocket is '' if
+        nobody saw it.
     off_table : tuple of str
         Balls that left the table, with the cue ball.
     to_cushion : frozenset of str
