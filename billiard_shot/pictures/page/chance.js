@@ -24,7 +24,7 @@ function forgetEstimate() {
   estimate = null;
   running?.close();
   running = null;
-  clearClouds();
+  for (const name of Object.keys(CLOUDS)) renderer?.setDots(name, []);
   showChance();
   estimateSoon();
 }
@@ -59,10 +59,6 @@ function setClouds(sample, target) {
   renderer?.setDots('target', target?.ball ? places(target.ball) : []);
 }
 
-function clearClouds() {
-  for (const name of Object.keys(CLOUDS)) renderer?.setDots(name, []);
-}
-
 const clouds = () => Object.entries(CLOUDS)
   .map(([name, colour]) => ({ name, colour, width: 2, opacity: 0.35 }));
 
@@ -83,6 +79,6 @@ function fillErrors() {
   element('errors').replaceChildren(...ERRORS.map(([name, label, kind, range]) => field(
     label, kind, range, () => state.noise[name],
     (value) => change({ noise: { ...state.noise, [name]: value } }, `error of ${name}`),
-    [0, data.scene.ranges[name][1]],
+    [0, 10 * range[1]],
   )));
 }

@@ -23,8 +23,8 @@ function takeShot({ ball, pocket, stroke }) {
 }
 
 // Where a page without a stroke looks for one. Breaks: the cue at 6 to 7 m/s gives the ball 8 to 9 m/s,
-// as amateurs do; places of the tip and beside the middle of the first ball, in ball radii.
-const BREAK = { speeds: [6.5, 7, 6], tips: [0, 0.1, -0.1], beside: [0, 0.3, -0.3] };
+// as amateurs do; places beside the middle of the first ball, in ball radii.
+const BREAK = { speeds: [6.5, 7, 6], beside: [0, 0.3, -0.3, 0.15, -0.15] };
 const NEAR_SHOTS = [0, 0.2, -0.2, 0.4, -0.4, 0.7, -0.7, 1, -1]; // ° from direct shots, against throw
 const MOST_TRIED = 5; // direct shots
 const TURN = 1.5; // ° from one stroke to the next, all round
@@ -36,17 +36,20 @@ function firstStroke(balls) {
     const elevation = Math.ceil(100 * DEGREES * wanted.elevation) / 100 / DEGREES;
     const azimuth = rounded(turned(wanted.azimuth) * DEGREES, 100) / DEGREES;
     const stroke = raised(balls, { ...wanted, azimuth, speed: rounded(wanted.speed, 100) }, elevation);
-    if (!data.scene.pockets.length || tableFor(state).shoot(balls, stroke).reaches(target)) return stroke;
+    const shot = tableFor(state).shoot(balls, stroke);
+    if (data.scene.pockets.length ? shot.reaches(target) : isCarom(shot)) return stroke;
     first ??= stroke;
   }
   return first;
 }
 
 function* breaks(balls) {
-  const [[x, y], [u, v], { speeds, tips, beside }] = [balls.cue, nearestBall(balls), BREAK];
-  for (const [speed, b, side] of speeds.flatMap((s) => tips.flatMap((t) => beside.map((d) => [s, t, d])))) {
-    const azimuth = Math.atan2(v + side * data.scene.radius - y, u - x);
-    yield { stroke: withRoom(balls, { a: 0, b, azimuth, speed }), target: {} };
+  const [[x, y], [u, v]] = [balls.cue, nearestBall(balls)];
+  for (const speed of BREAK.speeds) {
+    for (const beside of BREAK.beside) {
+      const azimuth = Math.atan2(v + beside * data.scene.radius - y, u - x);
+      yield { stroke: withRoom(balls, { a: 0, b: 0, azimuth, speed }), target: {} };
+    }
   }
 }
 
@@ -64,6 +67,13 @@ function* likelyShots(balls) {
   for (let turn = 0; turn < (nearest ? 360 : TURN); turn += TURN) {
     yield { stroke: withRoom(balls, { a: 0, b: 0, azimuth: ahead + turn / DEGREES, speed: 4 }), target: {} };
   }
+}
+
+/** Whether the cue ball meets two balls, or all that there are, and the cue does not hit it again. */
+function isCarom({ events, balls, cue }) {
+  const meetings = events.filter(({ cause, balls: met }) => cause !== 'CUE' && met.length > 1 && met.includes('cue'));
+  const met = new Set(meetings.flatMap((event) => event.balls)).add('cue');
+  return met.size >= Math.min(Object.keys(balls).length, 3) && cue.double_hit === Infinity;
 }
 
 /** A stroke as low as clearance allows if the player errs. */

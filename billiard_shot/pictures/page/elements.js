@@ -25,14 +25,13 @@ function button(text, act, properties = {}) {
   return made;
 }
 
-/** Digits of a number; of two that are equally near it is the even one, as in Python. */
-function digitsOf(value, digits) {
-  const text = value.toFixed(digits);
+/** Write a number with its digits; of two that are equally near it is the even one, as in Python. */
+function fixed(value, digits) {
+  let text = value.toFixed(digits);
   const isTie = Math.abs(value * 2 ** (digits + 1)) % 2 === 1;
-  return isTie && text.at(-1) % 2 ? text.slice(0, -1) + (text.at(-1) - 1) : text;
+  if (isTie && text.at(-1) % 2) text = text.slice(0, -1) + (text.at(-1) - 1);
+  return text.replace(/^-(0\.?0*)$/, '$1').replace('-', '−');
 }
-
-const fixed = (value, digits) => digitsOf(value, digits).replace(/^-(0\.?0*)$/, '$1').replace('-', '−');
 
 /** Write a probability in per cent, with enough digits to distinguish it from 0 and 100, as Python does. */
 function percent(part) {

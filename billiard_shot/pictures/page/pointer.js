@@ -13,10 +13,8 @@ function ringPlace() {
   const met = firstContact(shown);
   if (met && !shown.refused) return stateAt(shown.balls[0].segments, met.time).position;
   const { azimuth } = state.stroke;
-  return add(placeOfCueBall(), [Math.cos(azimuth), Math.sin(azimuth), 0], AHEAD);
+  return add([...state.balls.cue, data.scene.radius], [Math.cos(azimuth), Math.sin(azimuth), 0], AHEAD);
 }
-
-const placeOfCueBall = () => [...state.balls.cue, data.scene.radius];
 
 /** What is under the pointer: the ring, the number of a ball, the cue, or nothing. */
 function thingAt(x, y) {

@@ -96,21 +96,11 @@ function followLink() {
   if (!fragment || fragment === linkOf(state)) return;
   try {
     const { changes, isForeign } = readLink(fragment);
-    const take = () => change(changes);
-    if (isForeign) ask('This link is of another table, or of another start. Apply it to this one?', take);
-    else take();
+    const question = 'This link is of another table, or of another start. Apply it to this one?';
+    if (!isForeign || window.confirm(question)) change(changes);
   } catch (error) {
     giveHint(`The link cannot be followed: ${error.message}.`);
   }
-}
-
-/** Ask a question, and act if the answer is yes. */
-function ask(question, act) {
-  element('question').textContent = question;
-  const dialog = element('ask');
-  dialog.returnValue = '';
-  dialog.onclose = () => dialog.returnValue && act();
-  dialog.showModal();
 }
 
 // ---- texts ----
@@ -211,12 +201,10 @@ function showExport() {
   update(element('reach'), { textContent: file ? '' : reachOfLink() });
 }
 
-/** For whom a link works, if it does not work for everybody. */
+/** Why a link does not work for everybody; empty if it does. */
 function reachOfLink() {
-  if (data.site) return '';
-  if (location.protocol === 'file:') return 'The link opens the file on this machine. Send the file, too.';
-  if (['127.0.0.1', 'localhost'].includes(location.hostname)) {
-    return 'The link works on this machine while the command runs. Send the scene and the stroke instead.';
-  }
-  return location.protocol.startsWith('http') ? '' : 'This page has no address. Send the scene and the stroke instead.';
+  const { protocol, hostname } = location;
+  if (data.site || (protocol.startsWith('http') && !['127.0.0.1', 'localhost'].includes(hostname))) return '';
+  return protocol === 'file:' ? 'The link opens the file on this machine. For somebody else, send the file, too.'
+    : 'The link works only here. For somebody else, send the scene and the stroke.';
 }

@@ -5,7 +5,7 @@ const FARTHEST = 0.9; // radii from the middle, to which the tip can be dragged
 const NUDGE = 0.02; // ball radii by which an arrow key moves the tip; five times as far with shift
 const CURVED = 1 + data.cue.tip_curvature; // the axis of the cue passes so many times as far out
 const STROKE = [ // name, label, kind, range of the slider, what a box takes
-  ['speed', 'speed', 'speed', [0.1, 10], data.scene.ranges.speed],
+  ['speed', 'speed', 'speed', [0.1, 10], [0.001, 100]],
   ['elevation', 'elevation', 'angle', [0, Math.PI / 2]],
   ['azimuth', 'direction', 'angle', [-Math.PI, Math.PI], [-2 * Math.PI, 2 * Math.PI]],
   ['a', 'side', 'offset', [-FARTHEST, FARTHEST], [-1, 1]],

@@ -18,9 +18,8 @@ function inUnits(value, kind) {
 const fields = []; // `root` of each in the page, and how to `show` its number again
 
 /**
- * Make a slider and a box for a number. `range` is what the slider offers, and `allowed` what the box
- * takes; `get` and `put` read and write the number. The number that is shown is the one that is played:
- * a slider rounds it to its digits, and what is not allowed is refused.
+ * Make a slider, which offers a range, and a box, which takes what is allowed; `get` and `put` read and
+ * write the number. What is shown is played: a slider rounds, a box refuses what is not allowed.
  */
 function field(label, kind, range, get, put, allowed = range) {
   const [slider, box] = ['range', 'number'].map((type) => make('input', [], { type }));
