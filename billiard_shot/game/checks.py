@@ -42,15 +42,11 @@ def illegal(state: State, decision: Decision) -> str:
 
 
 def check_outcome(state: State, outcome: Outcome) -> None:
-    """Raise InputError if an outcome names no ball of the table or no pocket, or miscounts."""
-    for pair in outcome.pocketed:
-        if isinstance(pair, str) or len(pair) != 2:
-            raise refused(pair, 'a ball and a pocket', 'pocketed')
+    """Raise InputError if an outcome names no ball of the table or miscounts."""
     balls, others = tuple(state.balls), state.object_balls
     check_names(
         ('first_contact', (outcome.first_contact,), (None, *others)),
         ('pocketed', [ball for ball, _ in outcome.pocketed], balls),
-        ('pocketed', [pocket for _, pocket in outcome.pocketed], ('', *POCKET_NAMES)),
         ('off_table', outcome.off_table, balls),
         ('to_cushion', outcome.to_cushion, balls),
         ('met', outcome.met, others),

@@ -73,11 +73,13 @@ class Outcome:
     places: Mapping[str, tuple[float, float]] = field(default_factory=dict, compare=False)
 
     def __post_init__(self) -> None:
-        for _, pocket in self.pocketed:
-            if pocket not in (*POCKET_NAMES, ''):
-                near = suggestion(POCKET_NAMES, pocket)
-                allowed = f'a ball and one of {", ".join(POCKET_NAMES)}'
-                raise refused(pocket, allowed, 'pocketed', hint=near)
+        for pair in self.pocketed:
+            if isinstance(pair, str) or len(pair) != 2:
+                raise refused(pair, 'a ball and a pocket', 'pocketed')
+            if pair[1] not in (*POCKET_NAMES, ''):
+                near = suggestion(POCKET_NAMES, pair[1])
+                allowed = f'a pocket, one of {", ".join(POCKET_NAMES)}'
+                raise refused(pair[1], allowed, 'pocketed', hint=near)
 
     @property
     def gone(self) -> frozenset[str]:

@@ -10,10 +10,11 @@ import shutil
 import subprocess
 
 from browser import find_browser, open_tab, opened
+from firefox import find_firefox, Firefox
 import numpy as np
 import pytest
 
-from billiard_shot import machine_code, Scene
+from billiard_shot import machine_code, predict, Scene, Stroke
 from billiard_shot.pictures.view import page_of_scene
 from billiard_shot.planning.statistics import percent
 from billiard_shot.scene.bundled import scene_names
@@ -368,3 +369,25 @@ def test_axe_finds_nothing(browser, tmp_path, mode):
         assert found == [], name
     browser.call('Emulation.setEmulatedMedia', features=[])
     assert len(names) == 8
+
+
+# ---- in another browser ----
+
+
+@pytest.mark.skipif(find_firefox() is None, reason='needs Firefox')
+def test_firefox_plays_what_python_predicts(tmp_path):
+    (tmp_path / 'profile').mkdir()
+    page, firefox = tmp_path / 'page.html', Firefox(tmp_path / 'profile')
+    try:
+        page.write_text(page_of_scene('eight_ball'), encoding='utf-8')
+        firefox.open(page)
+        stroke, found = firefox.run('[view.state.stroke, view.outcome]')
+        shot = predict('eight_ball', Stroke.from_offsets(**stroke))
+        assert found['message'] == shot.message
+        assert {name: end['position'] for name, end in found['balls'].items()} == {
+            name: place.tolist() for name, place in shot.run.final_position.items()
+        }
+        firefox.run("document.getElementById('play').click()")
+        assert firefox.run('view.playing')
+    finally:
+        firefox.close()
