@@ -7,7 +7,6 @@ from billiard_shot.game.call import Call, Decision
 from billiard_shot.game.outcome import Outcome
 from billiard_shot.game.state import State
 from billiard_shot.scene.errors import InputError, Mistake, must_be, refused, suggestion
-from billiard_shot.table.run import POCKET_NAMES
 
 
 def check_names(*checks: tuple[str, Collection[Any], Collection[Any]]) -> None:
