@@ -55,9 +55,10 @@ class PracticeVectorEnv(VectorEnv[Any, Any, Any]):
     the cue ball is in hand. An action (7,) is a stroke and a place of the cue ball, clipped to -1
     and 1, see `strokes_of`.
 
-    The reward is the number of balls that fall without a foul. An episode terminates if the table is cleared, if no ball falls, or by a foul, also if the cue ball is placed onto
-    another ball. A table whose episode has ended is set up again in the same step; `final_obs` of
-    the infos has the last observations.
+    The reward is the number of balls that fall without a foul. An episode terminates if the table
+    is cleared, if no ball falls, or by a foul, also if the cue ball is placed onto another ball. A
+    table whose episode has ended is set up again in the same step; `final_obs` of the infos has
+    the last observations.
 
     Parameters
     ----------
