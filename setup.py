@@ -123,6 +123,7 @@ setup(
         'test': [
             *compiler,
             'anywidget>=0.9.14',
+            'axe-core-python>=0.1',
             'build>=1.2',
             'distributed>=2024.1',
             'gymnasium>=1.1',

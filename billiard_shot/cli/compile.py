@@ -4,6 +4,10 @@ import argparse
 import sys
 
 from billiard_shot.compiler.build import provide
+from billiard_shot.scene.errors import must_be_one_of
+
+TARGETS = 'linux-x86_64', 'linux-aarch64', 'wasm32', 'darwin-arm64', 'windows-amd64'
+UNTESTED = 2  # the last ones
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -12,13 +16,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         'targets',
         nargs='*',
         metavar='TARGET',
-        help='linux-x86_64, linux-aarch64, wasm32, or, untested, darwin-arm64 or windows-amd64; '
-        'by default this machine',
+        help=f'{", ".join(TARGETS[:-UNTESTED])}, or, untested, '
+        f'{" or ".join(TARGETS[-UNTESTED:])}; by default this machine',
     )
 
 
 def run(options: argparse.Namespace) -> int:
     """Build, and print the folder of the library."""
+    for target in options.targets:
+        if target not in TARGETS:
+            raise ValueError(f'TARGET {must_be_one_of(TARGETS, target)}')
     try:
         folder = provide(*options.targets)
     except ModuleNotFoundError as error:

@@ -12,6 +12,7 @@ from billiard_shot.game.ruling import Ruling
 from billiard_shot.game.state import CHOICES, State
 from billiard_shot.game.typed import (
     PLACE_HELP,
+    QUIT_WORDS,
     read_choice,
     read_confirmation,
     read_place,
@@ -22,6 +23,10 @@ from billiard_shot.pictures.table_text import table_text
 from billiard_shot.shot.stroke import Stroke
 
 T = TypeVar('T')
+
+
+class Quit(KeyboardInterrupt):
+    """The person ends the game by a word."""
 
 
 class Person:
@@ -75,12 +80,14 @@ class Person:
 
 
 def _ask(prompt: str, help_text: str, read: Callable[[str], T]) -> T:
-    """Ask until a line can be read; the end of the input (Ctrl+D) ends the program as Ctrl+C."""
+    """Ask until a line can be read; `quit`, or the end of the input (Ctrl+D), ends the game."""
     while True:
         try:
             line = input(prompt)
         except EOFError:
             raise KeyboardInterrupt from None
+        if line.strip().lower() in QUIT_WORDS:
+            raise Quit
         try:
             return read(line)
         except ValueError as error:

@@ -9,6 +9,8 @@ import sys
 import tempfile
 
 from billiard_shot import Scene
+from billiard_shot.cli.exit_codes import DONE
+from billiard_shot.cli.person import Quit
 from billiard_shot.cli.tournament import add_game_arguments, find_own_modules
 from billiard_shot.game.game import find_game
 from billiard_shot.game.rack import MAX_SHOTS, play_on, replayed
@@ -22,7 +24,9 @@ from billiard_shot.game.tournament import (
 )
 from billiard_shot.pictures.rack import write_rack
 from billiard_shot.pictures.view import open_page
+from billiard_shot.scene.errors import refused
 from billiard_shot.scene.values import whole
+from billiard_shot.table.words import plural
 
 PERSON = 'person'
 
@@ -33,7 +37,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         '--players',
         nargs='+',
-        default=[PERSON, 'player'],
         metavar='NAME',
         help=f'two of {PERSON}, {", ".join(agent_names())}, or modules (default: {PERSON} player)',
     )
@@ -60,7 +63,11 @@ def run(options: argparse.Namespace) -> int:
     find_own_modules()
     number, seed = whole('--rack', options.rack, 0), whole('--seed', options.seed, 0)
     scene = Scene.load(options.scene)
-    names = tuple(options.players[: find_game(options.game).players])
+    needed = find_game(options.game).players
+    given = options.players or [PERSON, 'player'][:needed]
+    if len(given) > needed:
+        raise refused(given, f'{plural(needed, "name")} for {options.game}', '--players')
+    names = tuple(given)
     modules = tuple('billiard_shot.cli.person' if name == PERSON else name for name in names)
     _check_streams(options, talks_to_a_person=PERSON in names)
     pairing = Pairing(options.game, scene, modules, seed, options.balls)
@@ -80,12 +87,14 @@ def run(options: argparse.Namespace) -> int:
                 _tell(record)
             if options.browser:
                 _show_last_shot(record, scene)
-    except KeyboardInterrupt:
+    except KeyboardInterrupt as ended:
         _keep(record, options.state)
         _finish(record, scene, options)
+        if isinstance(ended, Quit):
+            return DONE
         raise
     _finish(record, scene, options)
-    return 0
+    return DONE
 
 
 def _check_streams(options: argparse.Namespace, *, talks_to_a_person: bool) -> None:

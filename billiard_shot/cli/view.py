@@ -6,6 +6,7 @@ import sys
 
 from billiard_shot.cli.progress import reporting
 from billiard_shot.cli.shots import add_shot_arguments, of_each, scene_name, shots_of, title_of
+from billiard_shot.cli.site import add_site_argument, site_of
 from billiard_shot.pictures.video import image_times, require_encoder, write_video
 from billiard_shot.pictures.view import write_page
 
@@ -28,6 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help='write a video of the table from above instead; .gif or .mp4',
     )
     parser.add_argument('--title', help='title of the page (default: the name of the shot)')
+    add_site_argument(parser)
     add_shot_arguments(parser)
 
 
@@ -40,7 +42,7 @@ def run(options: argparse.Namespace) -> int:
         require_encoder(options.video)  # before the work, not after it
     elif page.suffix != '.html':
         raise ValueError(f'--output must be a file .html, got {page}')
-    shots = shots_of(options)
+    shots, site = shots_of(options), site_of(options)
     for name, shot in shots.items():
         if shot.status.refused:
             text = f'{shot.status.name}: {shot.message}'
@@ -51,7 +53,7 @@ def run(options: argparse.Namespace) -> int:
             with reporting('video', len(image_times(shot))) as report:
                 write_video(shot, path, options.title or '', report)
         else:
-            write_page(shot, path, options.title or _title(name, options))
+            write_page(shot, path, options.title or _title(name, options), site)
         print(path)
     return 1 if any(shot.status.refused for shot in shots.values()) else 0
 

@@ -7,7 +7,6 @@ from billiard_shot.game.call import Call, Decision
 from billiard_shot.game.outcome import Outcome
 from billiard_shot.game.state import State
 from billiard_shot.scene.errors import InputError, Mistake, must_be, refused, suggestion
-from billiard_shot.table.run import POCKET_NAMES
 
 
 def check_names(*checks: tuple[str, Collection[Any], Collection[Any]]) -> None:
@@ -42,15 +41,11 @@ def illegal(state: State, decision: Decision) -> str:
 
 
 def check_outcome(state: State, outcome: Outcome) -> None:
-    """Raise InputError if an outcome names no ball of the table or no pocket, or miscounts."""
-    for pair in outcome.pocketed:
-        if isinstance(pair, str) or len(pair) != 2:
-            raise refused(pair, 'a ball and a pocket', 'pocketed')
+    """Raise InputError if an outcome names no ball of the table or miscounts."""
     balls, others = tuple(state.balls), state.object_balls
     check_names(
         ('first_contact', (outcome.first_contact,), (None, *others)),
         ('pocketed', [ball for ball, _ in outcome.pocketed], balls),
-        ('pocketed', [pocket for _, pocket in outcome.pocketed], ('', *POCKET_NAMES)),
         ('off_table', outcome.off_table, balls),
         ('to_cushion', outcome.to_cushion, balls),
         ('met', outcome.met, others),

@@ -7,9 +7,10 @@ from typing import TypeAlias
 import numpy as np
 
 from billiard_shot.scene import Scene
+from billiard_shot.scene.errors import refused, suggestion
 from billiard_shot.scene.placement import CUE_BALL, head_string
 from billiard_shot.shot.shot import Shot
-from billiard_shot.table.run import NOSE_NAMES, TableEvent, TableRun
+from billiard_shot.table.run import NOSE_NAMES, POCKET_NAMES, TableEvent, TableRun
 from billiard_shot.table.trajectory import EventKind
 
 # A ball that lay within this distance of a nose was frozen to it [m]: its first contact with that
@@ -30,7 +31,8 @@ class Outcome:
     first_contact : str, optional
         The ball that the cue ball met first; None if it met none.
     pocketed : tuple of (str, str)
-        Ball and pocket, in the order of time, with the cue ball.
+        Ball and pocket, in the order of time, with the cue ball. The pocket is '' if
+        nobody saw it.
     off_table : tuple of str
         Balls that left the table, with the cue ball.
     to_cushion : frozenset of str
@@ -51,6 +53,11 @@ class Outcome:
     places : mapping of str to (x, y)
         Where the balls that are left rest [m].
 
+    Raises
+    ------
+    ValueError
+        If a ball fell into a pocket that does not exist.
+
     """
 
     first_contact: str | None = None
@@ -64,6 +71,15 @@ class Outcome:
     cushions_before: tuple[int, ...] = ()
     miscue: bool = field(default=False, compare=False)
     places: Mapping[str, tuple[float, float]] = field(default_factory=dict, compare=False)
+
+    def __post_init__(self) -> None:
+        for pair in self.pocketed:
+            if isinstance(pair, str) or len(pair) != 2:
+                raise refused(pair, 'a ball and a pocket', 'pocketed')
+            if pair[1] not in (*POCKET_NAMES, ''):
+                near = suggestion(POCKET_NAMES, pair[1])
+                allowed = f'a pocket, one of {", ".join(POCKET_NAMES)}'
+                raise refused(pair[1], allowed, 'pocketed', hint=near)
 
     @property
     def gone(self) -> frozenset[str]:

@@ -45,6 +45,12 @@ def find_agent(name: str) -> MakeAgent:
     """
     module, _, words = name.partition(':')
     make: MakeAgent = find_plugin(module, 'agents', 'make', 'player')
+    try:
+        signature(make).bind(None, 0)
+    except (TypeError, ValueError):
+        raise refused(
+            make, 'a function of a scene and a seed', f'make of player {module!r}'
+        ) from None
     return partial(make, **dict(_option(make, name, word) for word in words.split(',') if word))
 
 

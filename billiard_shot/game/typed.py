@@ -21,7 +21,7 @@ from billiard_shot.shot.stroke import Stroke
 PLACE_HELP = """\
 X Y                    place the cue ball (m); 0 0 is the middle of the table
 ?                      this text
-Ctrl+C                 ends the game"""
+quit, save             ends the game, which is kept, as does Ctrl+C"""
 
 SHOT_HELP = """\
 N [SPEED [B [A]]]      play shot N of the list: speed in m/s, tip B up and A right in ball radii
@@ -31,7 +31,7 @@ A B ELEVATION AZIMUTH SPEED [BALL POCKET]
                        play any stroke (ball radii, degrees, m/s), with a call
 safe ..., push ...     one of these as a safety, as a push-out
 ?                      this text
-Ctrl+C                 ends the game
+quit, save             ends the game, which is kept, as does Ctrl+C
 If ELEVATION is left out, or is -, the cue is raised as far as clearance and your errors need.
 AZIMUTH 0 points to the foot, 90 to the left side. B above 0 makes follow, below 0 draw."""
 
@@ -39,6 +39,9 @@ OUTCOME_HELP = """\
 met BALL, cushion BALL ..., BALL POCKET, double     such as: met 3, cushion 3 cue, 3 foot_left
 the ball that the cue ball met first, or none; balls that then met a cushion; the pocket of each
 ball that fell; whether the cue hit the cue ball twice. All but the first may be left out."""
+
+QUIT_WORDS = 'quit', 'exit', 'q', 'save'
+"""Words that end the game."""
 
 AIM = 'SPEED', 'B', 'A', 'ELEVATION'
 """Names of the numbers after the ball and the pocket of `aim`."""

@@ -62,7 +62,7 @@ def strokes_of(scene: Scene, actions: ArrayLike) -> Array:
         Its `robot` limits the strokes.
     actions : (n, 7) array_like
         -1 and 1 are the limits of the robot: of a and b together its largest offset, of the
-        azimuth the ends of its range.
+        azimuth the ends of its range. What is beyond -1 and 1 is clipped.
 
     Returns
     -------

@@ -44,10 +44,10 @@ class EightBallEnv(DrawnEnv):
     the length and half the width; 1 if the ball is on the table; and the role of the ball: 1 if it
     may be met first and potted, else -1. The role of the cue ball is 1 if it is in hand, -1 if it
     is in hand behind the head string, else 0. An action (7,) is a stroke and a place of the cue
-    ball in hand, see `strokes_of`; x is scaled to the part of the table where the rules allow the
-    cue ball. The cue is raised as far as it needs for clearance. The call is made afterwards: the
-    first ball that falls and may be potted was called. If rules offer choices, the first one is
-    taken.
+    ball in hand, clipped to -1 and 1, see `strokes_of`; x is scaled to the part of the table where
+    the rules allow the cue ball. The cue is raised as far as it needs for clearance. The call is
+    made afterwards: the first ball that falls and may be potted was called. If rules offer
+    choices, the first one is taken.
 
     The reward is 1 for a rack that is won, -1 for one that is lost, else 0. A cue ball that is
     placed onto another ball loses the rack. The opponent plays in the same step until its turn

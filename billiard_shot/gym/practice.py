@@ -52,11 +52,13 @@ class PracticeVectorEnv(VectorEnv[Any, Any, Any]):
 
     An observation (balls + 1, 3) has a row for each ball, the cue ball first: x and y relative to
     half the length and half the width, and 1 if the ball is on the table; else all are 0. At first
-    the cue ball is in hand. An action (7,) is a stroke and a place of the cue ball, see
-    `strokes_of`. The reward is the number of balls that fall without a foul. An episode terminates
-    if the table is cleared, if no ball falls, or by a foul, also if the cue ball is placed onto
-    another ball. A table whose episode has ended is set up again in the same step; `final_obs` of
-    the infos has the last observations.
+    the cue ball is in hand. An action (7,) is a stroke and a place of the cue ball, clipped to -1
+    and 1, see `strokes_of`.
+
+    The reward is the number of balls that fall without a foul. An episode terminates if the table
+    is cleared, if no ball falls, or by a foul, also if the cue ball is placed onto another ball. A
+    table whose episode has ended is set up again in the same step; `final_obs` of the infos has
+    the last observations.
 
     Parameters
     ----------

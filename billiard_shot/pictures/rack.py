@@ -1,5 +1,6 @@
 """A rack as pages, with a page for each shot that plays it; and as one picture."""
 
+from collections.abc import Sequence
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -55,37 +56,55 @@ def write_rack(record: RackRecord, scene: Scene, folder: Path) -> Path:
         If a page cannot be written.
 
     """
-    items, drawn = [], has_matplotlib()
+    texts = [
+        f'{number}. {_in_words(record, played)}'
+        for number, played in enumerate((shot for shot in record.shots if shot.offsets), 1)
+    ]
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        (folder / CORE).write_text(core_script(), encoding='utf-8')
-        shots = list(replayed(record, scene))
-        for number, (played, shot) in enumerate(shots, 1):
-            text = f'{number}. {_in_words(record, played)}'
-            page, picture = folder / _name(number), ''
-            links = {'All shots': LIST}
-            if number > 1:
-                links['← Previous'] = _name(number - 1)
-            if number < len(shots):
-                links['Next →'] = _name(number + 1)
-            page.write_text(page_of(shot, text, links, CORE), encoding='utf-8')
-            if drawn:
-                figure = new_figure(*PANEL_SIZE)
-                _draw_panel(figure.subplots(), shot)
-                save(figure, page.with_suffix('.png'))
-                picture = f'<img src="{page.stem}.png" alt="">'
-            items.append(f'<li><a href="{page.name}">{picture}{escape(text)}</a></li>')
-        end = f'{record.winner or "nobody"} wins' if record.state['over'] else 'not finished'
-        title = f'{record.game}, rack {record.number}: {end}'
-        page = folder / LIST
-        page.write_text(
-            f'<!doctype html><meta charset="utf-8"><title>{escape(title)}</title>'
-            f'<style>{STYLE}</style><h1>{escape(title)}</h1><ol>{"".join(items)}</ol>\n',
-            encoding='utf-8',
-        )
+        try:
+            shots = [shot for _, shot in replayed(record, scene)]
+            _write_pages(folder, shots, texts)
+            if has_matplotlib():
+                for number, shot in enumerate(shots, 1):
+                    figure = new_figure(*PANEL_SIZE)
+                    _draw_panel(figure.subplots(), shot)
+                    save(figure, folder / _name(number, 'png'))
+        finally:  # also if Ctrl+C ends the work
+            _write_list(folder, record, texts)
     except OSError as error:
         raise ValueError(f'{folder}: {reason(error)}') from None
-    return page
+    return folder / LIST
+
+
+def _write_pages(folder: Path, shots: Sequence[Shot], texts: Sequence[str]) -> None:
+    """Write the page of each shot, and the file with the core."""
+    (folder / CORE).write_text(core_script(), encoding='utf-8')
+    for number, (shot, text) in enumerate(zip(shots, texts, strict=True), 1):
+        links = {'All shots': LIST}
+        if number > 1:
+            links['← Previous'] = _name(number - 1)
+        if number < len(shots):
+            links['Next →'] = _name(number + 1)
+        page = page_of(shot, text, links, CORE)
+        (folder / _name(number)).write_text(page, encoding='utf-8')
+
+
+def _write_list(folder: Path, record: RackRecord, texts: Sequence[str]) -> None:
+    """Write the list of all shots, with the pages and pictures that are there."""
+    items = []
+    for number, text in enumerate(texts, 1):
+        page, picture = _name(number), _name(number, 'png')
+        image = f'<img src="{picture}" alt="">' if (folder / picture).is_file() else ''
+        link = f'<a href="{page}">' if (folder / page).is_file() else '<a>'
+        items.append(f'<li>{link}{image}{escape(text)}</a></li>')
+    end = f'{record.winner or "nobody"} wins' if record.state['over'] else 'not finished'
+    title = f'{record.game}, rack {record.number}: {end}'
+    (folder / LIST).write_text(
+        f'<!doctype html><meta charset="utf-8"><title>{escape(title)}</title>'
+        f'<style>{STYLE}</style><h1>{escape(title)}</h1><ol>{"".join(items)}</ol>\n',
+        encoding='utf-8',
+    )
 
 
 def draw_rack(record: RackRecord, scene: Scene, path: Path) -> None:
@@ -130,9 +149,9 @@ def _draw_panel(axes: Any, shot: Shot) -> None:
     draw_start_and_rest(axes, trails)
 
 
-def _name(number: int) -> str:
-    """Name of the page of a shot."""
-    return f'shot-{number:02d}.html'
+def _name(number: int, kind: str = 'html') -> str:
+    """Name of the page of a shot, or of its picture."""
+    return f'shot-{number:02d}.{kind}'
 
 
 def _in_words(record: RackRecord, played: PlayedShot) -> str:

@@ -70,6 +70,7 @@ def page_of(
     links: Mapping[str, str] = NO_LINKS,
     core: str = '',
     framed: bool = False,
+    site: str = '',
 ) -> str:
     """
     Make the page of a shot.
@@ -77,9 +78,10 @@ def page_of(
     A shot that was refused is shown as well: nothing moves. `links` are the addresses of other
     pages, by the texts that lead to them. `core` is the address of a file with `core_script`,
     which pages of one folder share; by default the page has the core in it. A `framed` page
-    exchanges messages with the page around its frame (frame.js).
+    exchanges messages with the page around its frame (frame.js). `site` is the address at which
+    the page is to be published: links that the page shares lead there.
     """
-    return _page({**view_data(shot, title), 'framed': framed}, links, core)
+    return _page({**view_data(shot, title), 'framed': framed, 'site': site}, links, core)
 
 
 def page_of_scene(
@@ -89,6 +91,7 @@ def page_of_scene(
     core: str = '',
     framed: bool = False,
     planner: bool = False,
+    site: str = '',
 ) -> str:
     """
     Make a page of a scene without a stroke: the page aims.
@@ -97,14 +100,14 @@ def page_of_scene(
     see `page_of`.
     """
     data = _scene_data(Scene.load(scene), title)
-    return _page({**data, 'framed': framed, 'planner': planner}, links, core)
+    return _page({**data, 'framed': framed, 'planner': planner, 'site': site}, links, core)
 
 
-def write_page(shot: Shot, path: Path, title: str = 'shot') -> None:
+def write_page(shot: Shot, path: Path, title: str = 'shot', site: str = '') -> None:
     """Write the page of a shot to a file; ValueError if it was refused, or if that fails."""
     if shot.status.refused:
         raise ValueError(f'{path}: not written: {shot.status.name}: {shot.message}')
-    write_text(path, page_of(shot, title))
+    write_text(path, page_of(shot, title, site=site))
 
 
 def write_text(path: Path, text: str) -> None:
@@ -129,6 +132,9 @@ def view_data(shot: Shot, title: str) -> dict[str, Any]:
 
 
 def _page(data: dict[str, Any], links: Mapping[str, str], core: str) -> str:
+    # A link says what differs from the page that made it: another page asks before it follows it.
+    begin = json.dumps([data['source'], data.get('start')], sort_keys=True)
+    data = {**data, 'id': sha256(begin.encode()).hexdigest()[:12]}
     script = '\n'.join(_part(name) for name in SCRIPTS)
     inline = '' if core else core_script()
     hashes = (b64encode(sha256(text.encode()).digest()).decode() for text in (script, inline))

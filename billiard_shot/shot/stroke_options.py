@@ -120,14 +120,17 @@ def _aimed(given: dict[str, Any], options: argparse.Namespace, scene: Scene) -> 
             raise ValueError(f'--aim must not be given together with --{name.replace("_", "-")}')
     if 'speed' not in given:
         raise ValueError('--speed is missing; --aim needs the speed of the cue (m/s)')
-    if len(words) > 2:
-        raise ValueError(f'--aim must be a ball, or X Y, got {" ".join(words)} (m)')
     target: str | list[float] = words[0]
-    if len(words) == 2:
+    if len(words) > 1 or words[0] not in scene.object_balls:
         try:
-            target = [float(word) for word in words]
+            x, y = map(float, words)
         except ValueError:
-            raise ValueError(f'--aim must be a ball, or X Y, got {" ".join(words)} (m)') from None
+            balls = ', '.join(scene.object_balls) or 'none'
+            text = (
+                f'--aim must be a ball, or X Y, got {" ".join(words)} (m); the balls are: {balls}'
+            )
+            raise ValueError(text) from None
+        target = [x, y]
     try:
         return aim(
             scene,

@@ -335,3 +335,13 @@ def test_unknown_players_are_refused(capsys):
         find_agent('player:plies=3')(TABLE, 1)
     assert main(['tournament', 'practice', '--players', 'best', '--racks', '1']) == 2
     assert ", got 'best'" in capsys.readouterr().err
+
+
+def test_a_player_whose_make_takes_no_scene_is_refused(tmp_path, monkeypatch, capsys):
+    (tmp_path / 'mine').mkdir()
+    (tmp_path / 'mine' / 'bare.py').write_text('def make():\n    return None\n')
+    monkeypatch.syspath_prepend(tmp_path)
+    assert main(['play', 'practice', '--players', 'mine.bare']) == 2
+    assert "make of player 'mine.bare' must be a function of a scene and a seed" in (
+        capsys.readouterr().err
+    )

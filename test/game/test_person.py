@@ -8,12 +8,13 @@ import re
 import signal
 import subprocess
 import sys
+import time
 
 import pytest
 
 from billiard_shot import Scene
 from billiard_shot.cli import main
-from billiard_shot.cli.exit_codes import INTERRUPTED, WRONG_INPUT
+from billiard_shot.cli.exit_codes import DONE, INTERRUPTED, WRONG_INPUT
 from billiard_shot.cli.person import Person
 from billiard_shot.game import start
 from billiard_shot.game.rack_record import RackRecord
@@ -135,6 +136,38 @@ def test_a_wrong_place_of_the_file_is_refused_before_the_game(types, tmp_path):
     code, out, err = types(f'{PRACTICE} --state {tmp_path / "nowhere" / "game.json"}', '')
     assert (code, out) == (2, '')
     assert '--state must be in a folder that exists' in err
+
+
+@pytest.mark.parametrize('word', ['quit', 'exit', 'q', 'SAVE'])
+def test_a_word_ends_the_game_and_keeps_it(types, tmp_path, word):
+    file = tmp_path / 'game.json'
+    code, _, err = types(f'{PRACTICE} --state {file}', PLACED + f'0\n\n{word}\n')
+    assert code == DONE
+    assert err == f'\nto go on with this game: the same command with --state {file}\n'
+    assert len(RackRecord.load(file).shots) == 1
+
+
+def test_too_many_players_are_refused(types):
+    code, _, err = types('play practice --players greedy random', '')
+    assert code == WRONG_INPUT
+    assert '--players must be 1 name for practice' in err
+    code, _, err = types('play nine_ball --players greedy random player', '')
+    assert '--players must be 2 names for nine_ball' in err
+
+
+@pytest.mark.parametrize('written', ['shot-01.html', 'shot-01.png'])
+def test_ctrl_c_while_pages_are_written_leaves_the_list(tmp_path, written):
+    pages = tmp_path / 'pages'
+    command = f'-m billiard_shot play practice --balls 6 --seed 3 --players greedy --pages {pages}'
+    with subprocess.Popen([sys.executable, *command.split()], stdout=subprocess.PIPE) as game:
+        while not (pages / written).exists():
+            assert game.poll() is None
+            time.sleep(0.005)
+        game.send_signal(signal.SIGINT)
+    assert game.returncode == INTERRUPTED
+    listed = (pages / 'index.html').read_text()
+    there = sorted(page.name for page in pages.glob('shot-*.html'))
+    assert re.findall(r'<a href="(.*?)">', listed) == there
 
 
 def test_you_are_you(types):

@@ -364,11 +364,26 @@ def test_ctrl_c_ends_it_also_during_a_search():
     [
         (['--port', '65536'], '--port must be 0 to 65535, got 65536'),
         (['-o', 'table.html'], '--output must not be given together with --plan'),
+        (['--site', 'https://host/'], '--site must not be given together with --plan'),
     ],
 )
 def test_wrong_options(options, why, capsys):
     assert main(['explore', 'paper', '--plan', *options]) == 2
     assert why in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ('options', 'why'),
+    [
+        (['--port', '8000'], '--port needs --plan'),
+        (['--site', 'here'], "--site must be an address, such as https://host/table.html, got '"),
+    ],
+)
+def test_options_without_a_meaning_are_refused(options, why, capsys, tmp_path):
+    page = tmp_path / 'page.html'
+    assert main(['explore', 'paper', '-o', str(page), *options]) == 2
+    assert why in capsys.readouterr().err
+    assert not page.exists()
 
 
 def test_without_tornado_the_command_names_the_extra(monkeypatch, capsys):

@@ -145,7 +145,8 @@ def test_commands_aim(capsys, tmp_path):
         (['--aim', '8', '-s', '2', '-z', '3'], '--aim must not be given together with --azimuth'),
         (['--aim', 'x', 'y', '-s', '2'], '--aim must be a ball, or X Y, got x y'),
         (['--cut', '3', '-s', '2'], '--cut needs --aim BALL'),
-        (['--aim', '9', '-s', '2'], "--aim must be one of 8, got '9'"),
+        (['--aim', '9', '-s', '2'], '--aim must be a ball, or X Y, got 9 (m); the balls are: 8'),
+        (['--aim', '0.1', '-s', '2'], 'or X Y, got 0.1 (m)'),
         (['--aim', '8', '--cut', '95', '-s', '2'], '--cut must be -90 to 90, got 95.0 (degrees)'),
         (['--aim', '1', '0', '--cut', '0', '-s', '2'], '--cut must not be given for a point'),
     ):

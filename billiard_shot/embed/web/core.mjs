@@ -15,7 +15,8 @@
  * @typedef {Record<string, number>} Stroke as of `Stroke.from_offsets`; what is not given is 0.
  *     Or the vectors `normal` and `velocity` of a `Stroke`
  * @typedef {Record<string, number>} Noise standard deviations of normal errors of a stroke
- * @typedef {{ball: string, pocket?: string}} Target a ball that is to fall; the cue ball must not
+ * @typedef {{ball?: string, pocket?: string}} Target a ball that is to fall, by default any, as in a
+ *     break; the cue ball must not
  */
 
 const WORD = 8; // bytes of a number, and of a word of a table of arguments
@@ -178,9 +179,15 @@ class Call {
 
 const isGone = ({ motion }) => motion === 'POCKETED' || motion === 'OFF_TABLE';
 
-/** Whether a ball ends as a target wants it, the cue ball on the table, and the cue hit it once. */
-const isReached = ({ pocket }, ball, cue, doubleHit) =>
-  ball.motion === 'POCKETED' && [undefined, ball.pocket].includes(pocket) && !isGone(cue) && !doubleHit;
+/**
+ * Whether balls end as a target wants it, the cue ball on the table, and the cue hit it once; `endOf`
+ * tells by name how balls end.
+ */
+function isReached({ ball, pocket }, [cue, ...others], endOf, doubleHit) {
+  const falls = (end) => end?.motion === 'POCKETED' && [undefined, end.pocket].includes(pocket);
+  const wanted = ball === undefined ? others : [ball];
+  return wanted.some((name) => falls(endOf(name))) && !isGone(endOf(cue)) && !doubleHit;
+}
 
 /** What happens between two motions of a ball. */
 function kindsOf(before, after, cause) {
@@ -212,7 +219,7 @@ class Shot {
 
   /** Whether the shot reaches a target. @param {Target} target */
   reaches(target) {
-    return isReached(target, this.balls[target.ball], this.balls[this.scene.names[0]], this.doubleHit);
+    return isReached(target, this.scene.names, (name) => this.balls[name], this.doubleHit);
   }
 
   /** Segments of each ball in the order of time. */
@@ -265,16 +272,28 @@ class Shot {
 class Sample {
   constructor({ scene, meanings }, count, ends) {
     Object.assign(this, { scene, meanings, count, ends });
+    this.width = END * scene.names.length + 1; // numbers of a stroke: of the balls, and a double hit
   }
 
-  /** How a ball ends in each stroke: `position` (x, y) [m], `motion` and `pocket`. */
-  ball(name) {
+  /** The strokes of this sample and of another one. @param {Sample} other */
+  and(other) {
+    const ends = new Float64Array(this.ends.length + other.ends.length);
+    ends.set(this.ends);
+    ends.set(other.ends, this.ends.length);
+    return new Sample(this, this.count + other.count, ends);
+  }
+
+  /** How a ball ends in a stroke: `position` (x, y) [m], `motion` and `pocket`. */
+  end(name, stroke) {
     const { names, pockets } = this.scene;
-    return Array.from({ length: this.count }, (_, k) => {
-      const at = k * (END * names.length + 1) + END * names.indexOf(name);
-      const [x, y, motion, pocket] = this.ends.subarray(at, at + END);
-      return { position: [x, y], motion: this.meanings.Motion[motion], pocket: pockets[pocket] };
-    });
+    const at = stroke * this.width + END * names.indexOf(name);
+    const [x, y, motion, pocket] = this.ends.subarray(at, at + END);
+    return { position: [x, y], motion: this.meanings.Motion[motion], pocket: pockets[pocket] };
+  }
+
+  /** How a ball ends in each stroke. */
+  ball(name) {
+    return Array.from({ length: this.count }, (_, stroke) => this.end(name, stroke));
   }
 
   /** Places (x, y) where a ball rests [m]. */
@@ -284,11 +303,12 @@ class Sample {
 
   /** The share of strokes that reach a target, with its 95 % interval. @param {Target} target */
   chance(target) {
-    const cue = this.ball(this.scene.names[0]);
-    const width = END * this.scene.names.length + 1;
-    const doubleHit = (k) => this.ends[(k + 1) * width - 1];
-    const reached = this.ball(target.ball).filter((ball, k) => isReached(target, ball, cue[k], doubleHit(k)));
-    const [n, chance] = [this.count, reached.length / this.count];
+    let reached = 0;
+    for (let stroke = 0; stroke < this.count; stroke++) {
+      const doubleHit = this.ends[(stroke + 1) * this.width - 1];
+      reached += isReached(target, this.scene.names, (name) => this.end(name, stroke), doubleHit);
+    }
+    const [n, chance] = [this.count, reached / this.count];
     // E. B. Wilson, J. Am. Stat. Assoc. 22, 1927
     const square = Z95 ** 2 / n;
     const middle = (chance + square / 2) / (1 + square);
@@ -361,7 +381,7 @@ class Table {
     this.check(balls, stroke);
     within('n', Number.isInteger(n) ? n : NaN, [1, Infinity, 'a whole number of strokes']);
     this.checkNoise(noise);
-    oneOf('target.ball', target.ball, Object.keys(balls));
+    if (target.ball !== undefined) oneOf('target.ball', target.ball, Object.keys(balls));
     oneOf('target.pocket', target.pocket, [undefined, ...pockets]);
     return (await this.sample(balls, this.drawn(stroke, noise, n, seed))).chance(target);
   }

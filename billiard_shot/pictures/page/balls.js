@@ -42,11 +42,6 @@ function addBall(name) {
   }
 }
 
-function removeBall(name) {
-  const { [name]: _, ...others } = state.balls;
-  withBalls(others);
-}
-
 /** The balls where the shot leaves them; a cue ball that is gone lies on the head string. */
 function goOn() {
   const left = Object.entries(shown.shot.balls).filter(([, { motion }]) => motion === 'REST');
@@ -74,7 +69,8 @@ function listBalls() {
     const boxes = place.map((_, axis) => field(`${ballInWords(name)}, ${'xy'[axis]}`, 'length', [-1, 1],
       () => state.balls[name]?.[axis] ?? 0,
       (value) => moveBall(name, state.balls[name].map((old, k) => (k === axis ? value : old)))));
-    const remove = button('×', () => removeBall(name), { title: `Take ${name} off the table` });
+    const { [name]: _, ...others } = state.balls;
+    const remove = button('×', () => withBalls(others), { title: `Take ${name} off the table` });
     return make('li', [label, ...boxes, ...(name === 'cue' ? [] : [remove])]);
   }));
 }

@@ -96,15 +96,13 @@ function ballAt(x, y) {
 // The part of the canvas that the panels leave free [pixels].
 function freeArea() {
   const { innerWidth: width, innerHeight: height } = window;
-  const panel = document.querySelector('aside').getBoundingClientRect();
-  const bar = document.querySelector('footer').getBoundingClientRect();
-  // In a narrow window the panel is below the table, or only its head is shown, above the table.
-  const aside = panel.width < 0.7 * width;
-  const below = !aside && panel.bottom > height / 2;
+  const [panel, bar, views] = ['aside', 'footer', '#views'].map(
+    (each) => document.querySelector(each).getBoundingClientRect());
+  const isBelow = panel.width > 0.7 * width;
   return {
-    left: 0, top: !aside && !below ? panel.bottom : 0,
-    right: panel.width && aside ? panel.left - 8 : width,
-    bottom: (below ? panel.top : bar.top) - 4,
+    left: 0, top: views.bottom < height / 2 ? views.bottom : 0,
+    right: panel.width && !isBelow ? panel.left - 8 : width,
+    bottom: (isBelow ? panel.top : bar.top) - 4,
   };
 }
 

@@ -1,7 +1,7 @@
 // A moment after a change: how likely the shot is with the errors of the player, and where balls end.
 
-const FIRST_STROKES = 200;
 const STROKES = 2000;
+const COUNTED = [200, 500, 1000, 1500, STROKES]; // after so many strokes the chance is shown
 const SEED = 1;
 const QUIET = 150; // ms without a change
 const CLOUDS = { cue: '#ffffff', target: '#e69f00' };
@@ -16,14 +16,15 @@ let estimates = 0; // that were begun
 let estimate = null; // the last: `chance` and `interval` if there is a target, and `spread`
 let running = null; // the table whose workers play
 
-const targetNow = () => state.target ?? intended(shown);
+/** What a shot is judged by: a ball and a pocket; in a break any ball may fall. */
+const targetNow = () => state.target ?? (isRack(state.balls) ? {} : intended(shown));
 
 function forgetEstimate() {
   estimates += 1;
   estimate = null;
   running?.close();
   running = null;
-  clearClouds();
+  for (const name of Object.keys(CLOUDS)) renderer?.setDots(name, []);
   showChance();
   estimateSoon();
 }
@@ -37,10 +38,12 @@ const estimateSoon = afterQuiet(QUIET, async () => {
     return;
   }
   running = table;
-  for (const n of [FIRST_STROKES, STROKES]) {
-    const strokes = table.drawn(offsetsOf(state.stroke), state.noise, n, SEED);
-    const sample = await table.sample(state.balls, strokes);
+  const strokes = table.drawn(offsetsOf(state.stroke), state.noise, STROKES, SEED);
+  let sample = null;
+  for (const n of COUNTED) {
+    const part = await table.sample(state.balls, strokes.slice(sample?.count ?? 0, n));
     if (number !== estimates) return;
+    sample = sample?.and(part) ?? part;
     estimate = { n, target, ...(target && sample.chance(target)) };
     setClouds(sample, target);
     showChance();
@@ -53,19 +56,14 @@ const estimateSoon = afterQuiet(QUIET, async () => {
 function setClouds(sample, target) {
   const places = (name) => sample.rests(name).flatMap(([x, y]) => [x, y, 2 * LIFT]);
   renderer?.setDots('cue', places('cue'));
-  renderer?.setDots('target', target ? places(target.ball) : []);
-}
-
-function clearClouds() {
-  for (const name of Object.keys(CLOUDS)) renderer?.setDots(name, []);
+  renderer?.setDots('target', target?.ball ? places(target.ball) : []);
 }
 
 const clouds = () => Object.entries(CLOUDS)
   .map(([name, colour]) => ({ name, colour, width: 2, opacity: 0.35 }));
 
-const inWords = ({ ball, pocket }) => `${ballInWords(ball)} into ${placeInWords(pocket ?? 'any pocket')}`;
-
-const percent = (part) => `${fixed(100 * part, part > 0 && part < 0.095 ? 1 : 0)} %`;
+const inWords = ({ ball, pocket }) => (ball === undefined ? 'break: a ball falls, the cue ball stays'
+  : `${ballInWords(ball)} into ${placeInWords(pocket ?? 'any pocket')}`);
 
 function showChance() {
   const target = targetNow();
@@ -73,13 +71,14 @@ function showChance() {
   const known = estimate?.interval;
   update(element('chance'), { textContent: known ? percent(estimate.chance) : '' });
   update(element('interval'), { textContent: known
-    ? `${percent(known[0])} to ${percent(known[1])}, ${estimate.n} strokes with your errors` : '' });
+    ? `${between(known)}, ${estimate.n < STROKES ? `${estimate.n} of ` : ''}${STROKES} strokes` : '' });
   element('bar').style.width = known ? `${100 * estimate.chance}%` : '0';
 }
 
 function fillErrors() {
   element('errors').replaceChildren(...ERRORS.map(([name, label, kind, range]) => field(
     label, kind, range, () => state.noise[name],
-    (value) => change({ noise: { ...state.noise, [name]: Math.max(value, 0) } }, `error of ${name}`),
+    (value) => change({ noise: { ...state.noise, [name]: value } }, `error of ${name}`),
+    [0, 10 * range[1]],
   )));
 }

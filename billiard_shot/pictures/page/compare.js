@@ -18,12 +18,12 @@ function showKept() {
     renderer?.setLines(`kept ${i}`, pointsOfLines([...paths, ...ends], LIFT - data.scene.radius));
   });
   element('kept').replaceChildren(...keptShots.map((kept, i) => {
-    const name = make('b', KEPT_NAMES[i]);
-    name.style.color = KEPT_COLOURS[i];
+    const colour = make('i', '');
+    colour.style.background = KEPT_COLOURS[i];
     const take = button('Take', () => change(state.kept[i]), { title: 'Go back to this shot' });
     const others = state.kept.filter((_, k) => k !== i);
     const leave = button('×', () => change({ kept: others }), { title: 'Forget it' });
-    return make('li', [name, make('span', sentenceOf(kept), { id: `kept-${i}` }), take, leave]);
+    return make('li', [colour, make('b', KEPT_NAMES[i]), make('span', sentenceOf(kept), { id: `kept-${i}` }), take, leave]);
   }));
 }
 

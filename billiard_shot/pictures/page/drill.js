@@ -1,8 +1,15 @@
-// A drill: a start that is kept; each try is played with errors of the player, and counted.
+// A drill: a start that is kept; each strike is a try with errors of the player, and counted.
 
 function beginDrill() {
   const target = targetNow();
   if (target) change({ drill: { tries: 0, successes: 0 }, target });
+  else giveHint('A drill needs a shot that meets a ball, and pockets.');
+}
+
+/** Strike, pause, or go on; in a drill a strike is the next try. */
+function strike() {
+  if (state.drill && (time <= begin() || time >= end())) tryDrill();
+  else play(!playing);
 }
 
 /** Play the stroke with errors; count whether it reaches the target. */

@@ -25,7 +25,23 @@ function button(text, act, properties = {}) {
   return made;
 }
 
-const fixed = (value, digits) => value.toFixed(digits).replace(/^-(0\.?0*)$/, '$1').replace('-', '−');
+/** Write a number with its digits; of two that are equally near it is the even one, as in Python. */
+function fixed(value, digits) {
+  let text = value.toFixed(digits);
+  const isTie = Math.abs(value * 2 ** (digits + 1)) % 2 === 1;
+  if (isTie && text.at(-1) % 2) text = text.slice(0, -1) + (text.at(-1) - 1);
+  return text.replace(/^-(0\.?0*)$/, '$1').replace('-', '−');
+}
+
+/** Write a probability in per cent, with enough digits to distinguish it from 0 and 100, as Python does. */
+function percent(part) {
+  for (let digits = 0; ; digits++) {
+    const text = fixed(100 * part, digits);
+    if (digits === 3 || part <= 1e-9 || part >= 1 - 1e-9 || (text > 0 && text < 100)) return `${text} %`;
+  }
+}
+
+const between = ([low, high]) => `${percent(low).slice(0, -2)} to ${percent(high)}`;
 
 /** Call a function once nothing has asked for it for a while [ms]. */
 function afterQuiet(wait, act) {

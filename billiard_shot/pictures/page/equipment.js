@@ -12,7 +12,7 @@ function fillEquipment() {
   const numbers = data.equipment.parameters;
   const sections = [...new Set(numbers.map(sectionOf))];
   element('parameters').replaceChildren(...sections.flatMap((section) => [
-    make('h3', placeInWords(section.replace('.', ', '))),
+    make('h2', placeInWords(section.replace('.', ', '))),
     ...numbers.filter((number) => sectionOf(number) === section).map((number) => field(
       placeInWords(number.name.split('.').at(-1)), number.unit, number.range,
       () => state.parameters[number.name] ?? number.value,
@@ -27,10 +27,9 @@ function toggled(effects, name) {
   return others.length < effects.length ? others : [...others, name];
 }
 
-function setParameter({ name, value: usual, range: [low, high] }, value) {
+function setParameter({ name, value: usual }, value) {
   const { [name]: _, ...others } = state.parameters;
-  const allowed = clamp(value, low, high);
-  change({ parameters: allowed === usual ? others : { ...others, [name]: allowed } }, name);
+  change({ parameters: value === usual ? others : { ...others, [name]: value } }, name);
 }
 
 function showEffects() {
@@ -65,6 +64,9 @@ function differenceOf(one, other) {
     { name, distance: distanceOf(one.balls[name], other.balls[name]) }));
   const most = differences.reduce((a, b) => (b.distance > a.distance ? b : a));
   if (most.distance === 0) return '–';
-  const much = most.distance === Infinity ? 'ends elsewhere' : inUnits(most.distance, 'small');
-  return `${ballInWords(most.name)} ${much}`;
+  const ball = most.name === 'cue' ? 'cue ball' : `ball ${most.name}`;
+  if (most.distance === Infinity) return `${ball} ends elsewhere`;
+  const [unit, size, digits] = unitOf('small');
+  const least = 10 ** -digits;
+  return `${ball} by ${most.distance * size < least ? `< ${least} ${unit}` : inUnits(most.distance, 'small')}`;
 }

@@ -1,21 +1,14 @@
-// The list of events, and the marks on the slider: all, or those of a ball or of a kind.
+// The list of events, and the marks on the slider: all, or those of a ball.
 
 const MARKS = { // colours of events on the slider
   strike: '#ffffff', cushion: '#009e73', ball: '#cc79a7', cluster: '#cc79a7', pocket: '#e69f00',
   off: '#d55e00', roll: '#0072b2', bounce: '#9aa6b0', land: '#9aa6b0',
 };
-const KINDS = {
-  'all kinds': null,
-  contacts: ['strike', 'ball', 'cluster', 'cushion'],
-  pockets: ['pocket', 'off'],
-  motion: ['bounce', 'land', 'roll', 'spin', 'spin_end', 'rest'],
-};
 let listed = [];
 
 function listEvents() {
-  const [ball, kinds] = [element('ball').value, KINDS[element('kind').value]];
-  listed = shown.events.filter((event) => (!ball || event.balls.includes(ball))
-    && (!kinds || kinds.includes(event.kind)));
+  const ball = element('ball').value;
+  listed = shown.events.filter((event) => !ball || event.balls.includes(ball));
   element('events').replaceChildren(...listed.map((event) => {
     const text = [make('span', fixed(event.time, 3)), event.text];
     return make('li', button(text, () => setTime(event.time)));
@@ -46,6 +39,5 @@ function markEvents() {
 function fillChoices() {
   const names = data.balls.map(({ name }) => name);
   fill('ball', [['all balls', ''], ...names.map((name) => [name, name])]);
-  fill('kind', Object.keys(KINDS).map((name) => [name, name]));
   fill('follow', [['follow', ''], ...names.map((name) => [`follow ${name}`, name])]);
 }

@@ -36,7 +36,8 @@ function shownBall(shown, number, time) {
   const { motion, since, position } = stateAt(ball.segments, time);
   const look = { place: position, turn: turnAt(shown, number, time), opacity: 1 };
   if (motion === 'POCKETED') {
-    const hole = nearestHole(position);
+    const distance = (to) => Math.hypot(to[0] - position[0], to[1] - position[1]);
+    const hole = data.table.holes.reduce((a, b) => (distance(a) < distance(b) ? a : b));
     const way = 1 - Math.exp(-12 * since);
     look.place = [position[0] + way * (hole[0] - position[0]) * 0.6,
       position[1] + way * (hole[1] - position[1]) * 0.6, position[2] - 4.9 * since * since];
@@ -44,11 +45,6 @@ function shownBall(shown, number, time) {
   if (motion === 'OFF_TABLE') look.opacity = clamp(1 - 2 * since, 0, 1);
   if (look.place[2] < -0.13) look.opacity = 0;
   return look;
-}
-
-function nearestHole([x, y]) {
-  const distance = (hole) => Math.hypot(hole[0] - x, hole[1] - y);
-  return data.table.holes.reduce((a, b) => (distance(a) < distance(b) ? a : b));
 }
 
 /** Unit vectors to the right, up and along a stroke. */

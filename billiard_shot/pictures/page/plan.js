@@ -100,12 +100,12 @@ function showProgress({ simulations, budget, success, stroke }, start) {
 
 function showPlans({ message, ranking }, start) {
   element('plans').replaceChildren(...ranking.map(({ kind, success, interval, warning, ...stroke }) =>
-    planned(kind, stroke, `${percent(success)} (${interval.map(percent).join(' to ')})`, start, warning)));
+    planned(kind, stroke, `${percent(success)} (${between(interval)})`, start, warning)));
   return message;
 }
 
 /** A line that tries a stroke from the places that it was found for. */
 function planned(kind, stroke, chance, start, warning = '') {
   const parts = [make('span', kind), make('small', inUnits(stroke.speed, 'speed')), make('b', chance)];
-  return make('li', button(parts, () => aim(offsetsOf(stroke), null, start), { title: warning }));
+  return make('li', button(parts, () => aim(offsetsOf(stroke), null, start), { title: warning || kind }));
 }

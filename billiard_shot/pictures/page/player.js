@@ -94,7 +94,7 @@ function step(now) {
   if (time < end()) requestAnimationFrame(step);
   else {
     play(false);
-    giveHint('↺ leads back to the start; Go on plays from here.');
+    giveHint(state.drill ? 'Strike plays the next try.' : '↺ leads back to the start; Go on plays from here.');
   }
 }
 
@@ -178,7 +178,7 @@ function showFields() {
 function openTab(name) {
   tab = name;
   for (const each of TABS) {
-    element(`tab-${each}`).setAttribute('aria-selected', each === name);
+    update(element(`tab-${each}`), { ariaSelected: each === name, tabIndex: each === name ? 0 : -1 });
     element(`panel-${each}`).hidden = each !== name;
   }
   ({ shots: listShots, table: compareEffects, balls: listBalls, share: showExport })[name]?.();
@@ -190,7 +190,20 @@ function fillPage() {
   document.querySelector('h1').textContent = data.title;
   fill('rate', RATES.map((rate) => [`${rate}×`, rate]));
   element('rate').value = 1;
-  for (const name of TABS) element(`tab-${name}`).addEventListener('click', () => openTab(name));
+  element('tabs').replaceChildren(...TABS.map((name) => {
+    const made = button(name, () => openTab(name), { id: `tab-${name}`, role: 'tab' });
+    made.setAttribute('aria-controls', `panel-${name}`);
+    return made;
+  }));
+  element('tabs').addEventListener('keydown', (event) => {
+    const by = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
+    if (!by) return;
+    event.stopPropagation();
+    const there = TABS.filter((name) => !element(`tab-${name}`).hidden);
+    const next = there.at((there.indexOf(tab) + by) % there.length);
+    openTab(next);
+    element(`tab-${next}`).focus();
+  });
   fillChoices();
   fillStroke();
   fillErrors();
@@ -202,7 +215,7 @@ function fillPage() {
 function listen() {
   const toggles = { n: 'names', p: 'paths', i: 'panel' };
   const keys = {
-    ' ': () => play(!playing), ArrowLeft: (fast) => setTime(time - (fast ? 0.2 : 0.01)),
+    ' ': strike, ArrowLeft: (fast) => setTime(time - (fast ? 0.2 : 0.01)),
     ArrowRight: (fast) => setTime(time + (fast ? 0.2 : 0.01)), Home: () => setTime(begin()),
     End: () => setTime(end()), PageUp: () => nextEvent(-1), PageDown: () => nextEvent(1),
     '+': () => changeRate(1), '=': () => changeRate(1), '-': () => changeRate(-1),
@@ -234,17 +247,14 @@ function listen() {
     setTime(Number(event.target.value));
   });
   const clicks = {
-    play: () => play(!playing), again: () => setTime(begin()), help: () => element('keys').showModal(),
+    play: strike, again: () => setTime(begin()), help: () => element('keys').showModal(),
     undo, redo, keep: keepShot,
-    'go-on': goOn, 'begin-drill': beginDrill, try: tryDrill, 'end-drill': () => change({ drill: null }),
-    panel: () => {
-      document.querySelector('aside').classList.toggle('away');
-      fitAgain();
-    },
+    'go-on': goOn, 'begin-drill': beginDrill, 'end-drill': () => change({ drill: null }),
+    panel: () => showPanel(isAway()),
   };
   for (const [name, act] of Object.entries(clicks)) element(name).addEventListener('click', () => act());
   for (const name of ['names', 'paths']) element(name).addEventListener('change', draw);
-  for (const name of ['ball', 'kind']) element(name).addEventListener('change', listEvents);
+  element('ball').addEventListener('change', listEvents);
   element('follow').addEventListener('change', ({ target: { value } }) => followNamed(value));
   element('units').addEventListener('change', ({ target: { value } }) => change({ units: value }));
   document.querySelectorAll('[data-view]').forEach((each) => {
@@ -255,6 +265,32 @@ function listen() {
     renderer?.readRoom();
     draw();
   });
+}
+
+// ---- the panel: at the side; below the table in a narrow window, where only its head stays if it is away ----
+
+const PULL = 24; // pixels by which its handle is pulled
+const isAway = () => document.body.classList.contains('away');
+
+function showPanel(on) {
+  document.body.classList.toggle('away', !on);
+  for (const id of ['pull', 'panel']) element(id).setAttribute('aria-expanded', on);
+  fitAgain();
+}
+
+function listenToHandle() {
+  const handle = element('pull');
+  let from = null; // where it was touched; null once it is pulled
+  handle.addEventListener('pointerdown', ({ pointerId, clientY }) => {
+    handle.setPointerCapture(pointerId);
+    from = clientY;
+  });
+  handle.addEventListener('pointermove', ({ clientY, buttons }) => {
+    if (!buttons || from === null || Math.abs(clientY - from) < PULL) return;
+    showPanel(clientY < from);
+    from = null;
+  });
+  handle.addEventListener('click', ({ detail }) => (detail && from === null) || showPanel(isAway()));
 }
 
 function followNamed(name) {
@@ -311,9 +347,10 @@ async function start() {
   replay();
   listen();
   listenToPointer();
+  listenToHandle();
   openTab('aim');
   showState();
-  document.querySelector('aside').classList.toggle('away', window.innerWidth <= 700);
+  showPanel(window.innerWidth > 700);
   look('corner');
   if (!data.table && Math.max(...corners().flat()) > 9) follow(0);
   followLink();

@@ -13,10 +13,8 @@ function ringPlace() {
   const met = firstContact(shown);
   if (met && !shown.refused) return stateAt(shown.balls[0].segments, met.time).position;
   const { azimuth } = state.stroke;
-  return add(placeOfCueBall(), [Math.cos(azimuth), Math.sin(azimuth), 0], AHEAD);
+  return add([...state.balls.cue, data.scene.radius], [Math.cos(azimuth), Math.sin(azimuth), 0], AHEAD);
 }
-
-const placeOfCueBall = () => [...state.balls.cue, data.scene.radius];
 
 /** What is under the pointer: the ring, the number of a ball, the cue, or nothing. */
 function thingAt(x, y) {
@@ -47,7 +45,8 @@ function drag(thing, grip, x, y) {
   const [cx, cy] = state.balls.cue;
   const [dx, dy] = thing === 'ring' ? [px - cx, py - cy] : [cx - px, cy - py];
   if (Math.hypot(dx, dy) < data.scene.radius) return;
-  aim({ azimuth: rounded(turned(Math.atan2(dy, dx) + grip[0]), 1e5) }, 'azimuth');
+  const azimuth = turned(Math.atan2(dy, dx) + grip[0]);
+  aim({ azimuth: rounded(azimuth * DEGREES, 100) / DEGREES }, 'azimuth');
 }
 
 /** What a drag keeps: the place of a ball, or the angle of the cue, as seen from where it was gripped. */
@@ -102,6 +101,7 @@ function listenToPointer() {
       held = null;
       const gap = ({ clientX, clientY }) => Math.hypot(clientX - other.clientX, clientY - other.clientY);
       zoom(gap(before) / Math.max(gap(event), 1));
+      pan(dx / 2, dy / 2); // each of two fingers moves their middle by a half
     } else if (held) drag(held.thing, held.grip, event.clientX, event.clientY);
     else if (event.shiftKey || event.buttons & 6) pan(dx, dy);
     else turn(dx, dy);

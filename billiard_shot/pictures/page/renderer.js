@@ -163,8 +163,8 @@ class Renderer {
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
     this.copyStill();
     this.drawShadows(balls, cue);
-    this.drawLines(camera, ratio, lines);
-    this.drawDots(camera, ratio, dots);
+    this.drawMarks('line', this.lines, camera, ratio, lines);
+    this.drawMarks('dot', this.dots, camera, ratio, dots);
     this.drawBalls(balls);
     if (cue.opacity > 0) {
       const solid = this.use('solid');
@@ -292,33 +292,20 @@ class Renderer {
     gl.depthMask(true);
   }
 
-  drawLines(camera, ratio, lines) {
-    const { gl, programs: { line: { program, places } } } = this;
-    gl.useProgram(program);
+  /** Draw lines, or dots. */
+  drawMarks(program, meshes, camera, ratio, marks) {
+    const { gl, programs: { [program]: { program: used, places } } } = this;
+    gl.useProgram(used);
     gl.uniformMatrix4fv(places.camera, false, camera.matrix);
     gl.uniform2f(places.size, this.canvas.width, this.canvas.height);
-    for (const { name, colour, width, opacity } of lines) {
-      const { array, count } = this.lines.get(name) ?? { count: 0 };
-      if (count < 2 || opacity <= 0) continue;
+    for (const { name, colour, width, opacity } of marks) {
+      const { array, count } = meshes.get(name) ?? { count: 0 };
+      if (count < 1 || opacity <= 0) continue;
       gl.uniform1f(places.width, width * ratio);
       gl.uniform3fv(places.c, shadeOf(colour));
       gl.uniform1f(places.opacity, opacity);
-      this.strip(count - 1, array);
-    }
-  }
-
-  drawDots(camera, ratio, dots) {
-    const { gl, programs: { dot: { program, places } } } = this;
-    gl.useProgram(program);
-    gl.uniformMatrix4fv(places.camera, false, camera.matrix);
-    for (const { name, colour, width, opacity } of dots) {
-      const { array, count } = this.dots.get(name) ?? { count: 0 };
-      if (!count) continue;
-      gl.uniform1f(places.size, width * ratio);
-      gl.uniform3fv(places.c, shadeOf(colour));
-      gl.uniform1f(places.opacity, opacity);
-      gl.bindVertexArray(array);
-      gl.drawArrays(gl.POINTS, 0, count);
+      if (meshes === this.lines) this.strip(count - 1, array);
+      else this.render({ array, count }, gl.POINTS);
     }
   }
 
@@ -375,9 +362,9 @@ class Renderer {
     gl.uniform1i(places.ballCount, shading.length);
   }
 
-  render({ array, count }) {
+  render({ array, count }, kind = this.gl.TRIANGLES) {
     this.gl.bindVertexArray(array);
-    this.gl.drawArrays(this.gl.TRIANGLES, 0, count);
+    this.gl.drawArrays(kind, 0, count);
   }
 
   /** Draw rectangles whose corners a program makes of their numbers. */

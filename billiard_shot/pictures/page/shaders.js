@@ -48,25 +48,20 @@ const LIGHT = `
     return 1.0 - cueShade * (r / wide) * (1.0 - smoothstep(0.0, 1.3 * wide, distance(over.xy, p.xy)));
   }
 
-  // Light of the lamp, with no ball in its way.
-  float unshaded(vec3 p, vec3 n) {
-    float light = 0.0;
-    for (int k = -1; k <= 1; k++) {
-      vec3 way = lamp.xyz + vec3(float(k) * 0.7 * lamp.w, 0.0, 0.0) - p;
-      light += max(dot(n, normalize(way)), 0.0) / (0.35 + 0.65 * dot(way, way) / (lamp.z * lamp.z));
-    }
-    return light;
-  }
-
-  vec3 lit(vec3 p, vec3 n, vec3 colour, vec3 sky) {
+  // Light of the lamp, as far as balls let it through if they are in its way.
+  float lamps(vec3 p, vec3 n, bool shaded) {
     float light = 0.0;
     for (int k = -1; k <= 1; k++) {
       vec3 from = lamp.xyz + vec3(float(k) * 0.7 * lamp.w, 0.0, 0.0);
       vec3 way = from - p;
       float far2 = dot(way, way) / (lamp.z * lamp.z);
-      light += max(dot(n, normalize(way)), 0.0) / (0.35 + 0.65 * far2) * through(p, from);
+      light += max(dot(n, normalize(way)), 0.0) / (0.35 + 0.65 * far2) * (shaded ? through(p, from) : 1.0);
     }
-    return colour * (0.42 * light + sky * open(p, n));
+    return light;
+  }
+
+  vec3 lit(vec3 p, vec3 n, vec3 colour, vec3 sky) {
+    return colour * (0.42 * lamps(p, n, true) + sky * open(p, n));
   }
 
   vec4 shown(vec3 light) {
@@ -144,7 +139,7 @@ const SOLID = {
         float rings = noise(vec2(grain.x * 3.0, grain.y * 130.0)) + noise(vec2(grain.x * 9.0, grain.y * 420.0));
         base *= 0.72 + 0.28 * rings;
       }
-      vec3 light = base * (0.42 * unshaded(p, normal) + 0.20); // shadows are drawn later
+      vec3 light = base * (0.42 * lamps(p, normal, false) + 0.20); // shadows are drawn later
       if (kind == ${WOOD} || kind == ${PLAIN}) {   // varnish
         vec3 r = reflect(normalize(p - eye), normal);
         float up = max(r.z, 1e-3);
@@ -291,7 +286,7 @@ const SHADOW = {
     ${LIGHT}
     void main() {
       vec3 n = vec3(0.0, 0.0, 1.0), sky = vec3(0.20);
-      float all = ballCount > 0 ? unshaded(p, n) : 1.0;
+      float all = ballCount > 0 ? lamps(p, n, false) : 1.0;
       float left = ballCount > 0 ? lit(p, n, vec3(1.0), sky).x / (0.42 * all + sky.x) : underCue(p);
       colour = vec4(vec3(pow(left, 1.0 / 1.6)), 1.0);
     }`,
@@ -326,10 +321,10 @@ const DOT = {
     precision highp float;
     layout(location = 0) in vec3 place;
     uniform mat4 camera;
-    uniform float size;      // pixels
+    uniform float width;     // pixels
     void main() {
       gl_Position = camera * vec4(place, 1.0);
-      gl_PointSize = size;
+      gl_PointSize = width;
     }`,
   fragment: `#version 300 es
     precision highp float;

@@ -24,25 +24,32 @@ function linkOf(given) {
 function packed(given) {
   const changed = changedFields(given, initial, LINKED);
   if (!Object.keys(changed).length) return '';
-  const bytes = new TextEncoder().encode(JSON.stringify(changed));
+  const bytes = new TextEncoder().encode(JSON.stringify({ page: data.id, ...changed }));
   return btoa(String.fromCharCode(...bytes)).replaceAll('+', '-').replaceAll('/', '_').replaceAll('=', '');
 }
 
-/** What a fragment says; throws if it makes no sense. */
+/** What a fragment says, and whether it comes from another page; throws if it makes no sense. */
 function readLink(fragment) {
-  const letters = atob(fragment.replaceAll('-', '+').replaceAll('_', '/'));
-  const bytes = Uint8Array.from(letters, (letter) => letter.charCodeAt(0));
-  return acceptable(JSON.parse(new TextDecoder('utf-8', { fatal: true }).decode(bytes)));
+  let given = null;
+  try {
+    const letters = atob(fragment.replaceAll('-', '+').replaceAll('_', '/'));
+    const bytes = Uint8Array.from(letters, (letter) => letter.charCodeAt(0));
+    given = JSON.parse(new TextDecoder('utf-8', { fatal: true }).decode(bytes));
+  } catch {
+    throw new RangeError('a part of it is missing, or was changed');
+  }
+  return { changes: acceptable(given), isForeign: given.page !== data.id };
 }
 
 /** Fields of a state that came from elsewhere; throws if one makes no sense. */
 function acceptable(given) {
-  const taken = fieldsOf(given, LINKED.filter((name) => Object.hasOwn(given, name)));
-  const next = { ...state, kept: [], ...taken };
   const must = (good, what) => {
     if (!good) throw new RangeError(`${what} makes no sense`);
   };
   const isObject = (value) => typeof value === 'object' && value !== null && !Array.isArray(value);
+  must(isObject(given), 'its content');
+  const taken = fieldsOf(given, LINKED.filter((name) => Object.hasOwn(given, name)));
+  const next = { ...state, kept: [], ...taken };
   const finite = (value) => typeof value === 'number' && Number.isFinite(value);
   const table = tableFor({ effects: [], parameters: {} });
   const isEffect = (name) => Object.hasOwn(data.equipment.effects, name);
@@ -65,7 +72,8 @@ function acceptable(given) {
   table.checkNoise(next.noise);
   must(finite(next.level) && next.level >= 0 && next.level <= Math.PI / 2, 'level');
   if (next.target !== null) {
-    must(isObject(next.target) && Object.hasOwn(next.balls, next.target.ball), 'target');
+    const { ball } = isObject(next.target) ? next.target : { ball: null };
+    must(ball === undefined || Object.hasOwn(next.balls, ball), 'target');
     must([undefined, ...data.scene.pockets].includes(next.target.pocket), 'target');
   }
   must(Object.hasOwn(UNITS, next.units), 'units');
@@ -87,16 +95,18 @@ function followLink() {
   const fragment = location.hash.slice(1);
   if (!fragment || fragment === linkOf(state)) return;
   try {
-    change(readLink(fragment));
+    const { changes, isForeign } = readLink(fragment);
+    const question = 'This link is of another table, or of another start. Apply it to this one?';
+    if (!isForeign || window.confirm(question)) change(changes);
   } catch (error) {
-    giveHint(`The link does not fit this table: ${error.message}`);
+    giveHint(`The link cannot be followed: ${error.message}.`);
   }
 }
 
 // ---- texts ----
 
 const EXPORTS = { // what, file, text
-  link: ['Link', '', () => `${location.href.split('#')[0]}#${linkOf(state)}`],
+  link: ['Link', '', () => `${data.site || location.href.split('#')[0]}#${linkOf(state)}`],
   scene: ['Scene', 'scene.yaml', () => yaml(sceneAsData())],
   stroke: ['Stroke', 'stroke.yaml', () => `- {${strokeParts((name, x) => `${name}: ${scalar(x)}`).join(', ')}}\n`],
   python: ['Python', 'shot.py', pythonText],
@@ -188,4 +198,13 @@ function showExport() {
   const [, file, text] = EXPORTS[element('export').value];
   element('exported').value = text();
   element('download').hidden = !file;
+  update(element('reach'), { textContent: file ? '' : reachOfLink() });
+}
+
+/** Why a link does not work for everybody; empty if it does. */
+function reachOfLink() {
+  const { protocol, hostname } = location;
+  if (data.site || (protocol.startsWith('http') && !['127.0.0.1', 'localhost'].includes(hostname))) return '';
+  return protocol === 'file:' ? 'The link opens the file on this machine. For somebody else, send the file, too.'
+    : 'The link works only here. For somebody else, send the scene and the stroke.';
 }

@@ -55,6 +55,13 @@ function intended(shown) {
   return { ball: met.balls[1], pocket: data.scene.pockets[off.indexOf(Math.min(...off))] };
 }
 
+/** Whether balls are racked: at least nine, each of which nearly touches two others. */
+function isRack(balls) {
+  const places = Object.entries(balls).filter(([name]) => name !== 'cue').map(([, place]) => place);
+  const touches = ([x, y]) => places.filter(([u, v]) => Math.hypot(u - x, v - y) < 2.1 * data.scene.radius);
+  return places.length >= 9 && places.every((place) => touches(place).length > 2); // with itself
+}
+
 const ballNamed = (shown, name) => shown.balls.find((ball) => ball.name === name);
 
 /** The angle from one horizontal direction to another [rad], positive to the left. */
@@ -62,13 +69,19 @@ function angleBetween([ux, uy], [vx, vy]) {
   return Math.atan2(ux * vy - uy * vx, ux * vx + uy * vy);
 }
 
-/** Why a ball is not in a pocket; empty if it is, or if there is nothing to say. */
+/** Why a shot does not reach its target; empty if it does, or if there is nothing to say. */
 function whyMissed(shown, target) {
+  if (shown.shot.reaches(target)) return '';
+  if (target.ball === undefined) {
+    const falls = shown.events.some(({ kind, balls }) => kind === 'pocket' && balls[0] !== 'cue');
+    return falls ? 'the cue ball does not stay on the table' : 'no ball falls';
+  }
   const fallen = shown.events.find(({ kind, balls }) => kind === 'pocket' && balls[0] === target.ball);
   const [ball, pocket] = [ballInWords(target.ball), placeInWords(target.pocket ?? 'the pockets')];
   if (fallen) {
     const other = target.pocket && fallen.place !== target.pocket;
-    return other ? `${ball} falls into ${placeInWords(fallen.place)}, not ${pocket}` : '';
+    return other ? `${ball} falls into ${placeInWords(fallen.place)}, not ${pocket}`
+      : 'the cue ball does not stay on the table';
   }
   const ofBall = shown.events.filter(({ balls }) => balls.includes(target.ball));
   const meets = ofBall.find(isMeeting);
