@@ -1,8 +1,8 @@
 """
 The mechanical cue as a chain of frames, from which its URDF and its transforms are made.
 
-Each frame is connected to the one before it by a joint: `table`, the bridge (`base_x`), the
-trolley (`base_y`), `base_link` at the pivot (`base_z`), the turntable (`azimuth`), the incline,
+Each frame is connected to the one before it by a joint: `table`, `machine` (fixed, as the alignment
+says), the bridge (`base_x`), the trolley (`base_y`), `base_link` at the pivot (`base_z`), the turntable (`azimuth`), the incline,
 and the cue (`stroke`). The tip is fixed to the cue, with +x along the stroke. The incline turns
 about its pivot by the elevation of the cue. The length of its actuator, the joint `incline`, is
 not part of the chain, because the actuator closes a kinematic loop. It moves a frame of its own,
@@ -22,6 +22,9 @@ from billiard_shot.scene.equipment import STANDARD_GRAVITY
 
 FRAMES = ('bridge', 'trolley', 'base_link', 'turntable', 'incline', 'cue')
 """Frames that the joints of `JOINTS` move, in their order."""
+
+MACHINE = 'machine'
+"""Frame in which the joints are measured: that of the table, but for the alignment."""
 
 X_AXIS, Y_AXIS, Z_AXIS = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 JOINT_AXES = (X_AXIS, Y_AXIS, Z_AXIS, Z_AXIS, Y_AXIS, X_AXIS)
@@ -49,6 +52,7 @@ class Joint:
     centre: Triple = (0.0, 0.0, 0.0)  # of the part in the frame `child`, m
     has_shape: bool = True  # whether the part is to be seen
     origin: Triple = (0.0, 0.0, 0.0)  # of `child` in `parent` when the joint is at 0, m
+    yaw: float = 0.0  # of `child` in `parent` when the joint is at 0, rad; of fixed joints only
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -70,7 +74,7 @@ def joints_of(
     mechanism: Mechanism, frame: str = 'table', names: Sequence[str] = JOINTS
 ) -> tuple[Joint, ...]:
     """
-    Joints from the table to the cue, then the actuator of the incline, and the fixed tip.
+    Joints from the machine to the cue, then the actuator of the incline, and two fixed ones.
 
     Parameters
     ----------
@@ -82,7 +86,8 @@ def joints_of(
 
     """
     prefix = frame[: frame.rfind('/') + 1]
-    frames = (frame, *(prefix + name for name in FRAMES))
+    frames = [prefix + name for name in (MACHINE, *FRAMES)]
+    alignment = mechanism.alignment
     geometry, ends = mechanism.incline_geometry, (mechanism.incline.min, mechanism.incline.max)
     # The actuator turns the incline fastest at one end of its range, where its lever is shortest.
     per_length = 1.0 / min(map(geometry.length_per_elevation, ends))
@@ -102,7 +107,7 @@ def joints_of(
             _centres(mechanism)[i],
         )
         joints.append(joint)
-    low, high = map(geometry.elevation, ends)
+    low, high = map(mechanism.elevation, ends)
     torque = _effort(mechanism, INCLINE, per_length * mechanism.incline.acceleration)
     actuator = joints[INCLINE]
     assert actuator.part
@@ -111,7 +116,7 @@ def joints_of(
         name=elevation_joint(names),
         min=low,
         max=high,
-        speed=per_length * actuator.speed,
+        speed=alignment.elevation_scale * per_length * actuator.speed,
         effort=torque,
     )
     joints.append(
@@ -126,8 +131,11 @@ def joints_of(
             has_shape=False,
         )
     )
-    offset = (mechanism.reach, 0.0, -mechanism.axis_drop)
+    offset = (mechanism.reach, -alignment.tip_right, alignment.tip_up - mechanism.axis_drop)
     joints.append(Joint('tip', FIXED, joints[STROKE].child, f'{prefix}tip', origin=offset))
+    place = (alignment.machine_x, alignment.machine_y, 0.0)
+    yaw = math.radians(alignment.machine_angle_deg)
+    joints.append(Joint(MACHINE, FIXED, frame, frames[0], origin=place, yaw=yaw))
     return tuple(joints)
 
 
@@ -156,11 +164,11 @@ def transforms(
         if not math.isfinite(value):
             raise ValueError(f'{name}: position {value} is not finite')
     length = values[INCLINE]
-    values[INCLINE] = mechanism.incline_geometry.elevation(length)
+    values[INCLINE] = mechanism.elevation(length)
     found = []
-    for joint, value in zip(joints, (*values, length, 0.0), strict=True):
-        axis = np.array(joint.axis)
-        angle, distance = (value, 0.0) if joint.kind == REVOLUTE else (0.0, value)
+    for joint, value in zip(joints, (*values, length, 0.0, 0.0), strict=True):
+        axis = np.array(Z_AXIS if joint.kind == FIXED else joint.axis)
+        angle, distance = (value, 0.0) if joint.kind == REVOLUTE else (joint.yaw, value)
         x, y, z = (math.sin(0.5 * angle) * axis).tolist()
         place, turn = distance * axis + joint.origin, (x, y, z, math.cos(0.5 * angle))
         found.append(Transform(joint.parent, joint.child, place, turn))
