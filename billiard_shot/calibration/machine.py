@@ -31,7 +31,7 @@ from billiard_shot.calibration.usable import (
     Recordings,
     usable_shots,
 )
-from billiard_shot.cue.alignment import Alignment
+from billiard_shot.cue.alignment import Alignment, EXACT
 from billiard_shot.cue.mechanism import Mechanism
 from billiard_shot.scene import Bias, Scene
 from billiard_shot.scene.checks import write
@@ -111,7 +111,9 @@ class MachineCalibration:
         return [each for each in self.estimates if each.name.startswith(section)]
 
 
-def calibrate_machine(recordings: Recordings, scene: Scene) -> MachineCalibration:
+def calibrate_machine(
+    recordings: Recordings, scene: Scene, measured: Alignment = EXACT
+) -> MachineCalibration:
     """
     Find where a machine stands at its table, and how it errs.
 
@@ -119,9 +121,11 @@ def calibrate_machine(recordings: Recordings, scene: Scene) -> MachineCalibratio
     ----------
     recordings : Recording, str, Path, or sequence of these
         Of strikes at several places, in several directions, at several speeds and elevations, with
-        their strokes as the encoders say. The node `shot_recorder` writes them.
+        their strokes as the driver measured them. The node `shot_recorder` writes them.
     scene : Scene
         The table, which is known.
+    measured : Alignment
+        That of the driver, which is part of these strokes; the one that is found replaces it.
 
     Raises
     ------
@@ -133,7 +137,7 @@ def calibrate_machine(recordings: Recordings, scene: Scene) -> MachineCalibratio
     usable, ignored = usable_shots(read)
     check_places(scene, usable, read)
     recorded = [
-        Recorded(read[each.recording].frame, each.watched, each.shot.stroke)
+        Recorded(read[each.recording].frame, each.watched, each.shot.stroke, measured)
         for each in usable
         if each.shot.stroke is not None
     ]

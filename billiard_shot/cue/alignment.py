@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 import math
 
 import numpy as np
@@ -112,7 +112,7 @@ class Alignment:
 
     def _differences(self) -> dict[str, tuple[float, float]]:
         """Numbers that differ from those of an exact machine, and the latter."""
-        numbers = {each.name: (getattr(self, each.name), each.default) for each in fields(self)}
+        numbers = {name: (getattr(self, name), getattr(EXACT, name)) for name in BOUNDS}
         return {name: each for name, each in numbers.items() if each[0] != each[1]}
 
     @property
@@ -129,3 +129,7 @@ class Alignment:
             + self.tip_right * right
             + self.tip_up * up
         )
+
+
+EXACT = Alignment()
+"""The alignment of a machine that stands and measures as its encoders say."""

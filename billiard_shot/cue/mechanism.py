@@ -93,7 +93,7 @@ def min_travel_height(mechanism: Any) -> float:
     """
     Least height of the pivot [m] at which the tip is at `travel_height` or above.
 
-    That holds for the aligned tip and, because an alignment may be wrong, for that of the encoders.
+    That holds with the alignment and, because the alignment may be wrong, also without.
     """
     drop = mechanism.axis_drop + max(-mechanism.alignment.tip_up, 0.0)
     return float(mechanism.travel_height + math.hypot(mechanism.reach, drop))
@@ -135,8 +135,8 @@ class Mechanism:
     steady_time : float
         Time at constant speed before the cue meets the ball [s], above 0.
     contact_time : float
-        Shortest time for which the drive releases the cue, from the moment it meets the ball [s],
-        above 0. If the tip is predicted to touch the ball for longer, it is released for that long.
+        Time for which the drive releases the cue, from the moment it meets the ball [s], above 0;
+        or longer, if the tip is predicted to touch the ball for longer.
         Leather tips touch the ball for 1 to 2 ms (Alciatore, "Cue tip contact time",
         billiards.colostate.edu).
     travel_height : float
@@ -145,8 +145,8 @@ class Mechanism:
     parts : Parts
         Masses and sizes of the moving parts, for the robot model (URDF).
     alignment : Alignment
-        Where the tip is beside where the encoders say it is. Every pose, elevation and speed of the
-        cue is the aligned one; joints are those of the encoders.
+        Where the tip is beside where the encoders say it is. Poses, elevations and speeds of the
+        cue are the aligned ones; joints are those of the encoders.
 
     """
 
@@ -202,6 +202,11 @@ class Mechanism:
     def elevation(self, length: float) -> float:
         """Elevation of the cue [rad] for a length of the incline's actuator [m]."""
         return self.alignment.elevation(self.incline_geometry.elevation(length))
+
+    def length_per_elevation(self, length: float) -> float:
+        """Rate of change of that length with the elevation [m/rad]."""
+        per_encoder = self.incline_geometry.length_per_elevation(length)
+        return per_encoder / self.alignment.elevation_scale
 
     @property
     def elevations(self) -> tuple[float, float]:

@@ -1,11 +1,12 @@
 """
 The mechanical cue as a chain of frames, from which its URDF and its transforms are made.
 
-Each frame is connected to the one before it by a joint: `table`, `machine` (fixed, as the alignment
-says), the bridge (`base_x`), the trolley (`base_y`), `base_link` at the pivot (`base_z`), the turntable (`azimuth`), the incline,
-and the cue (`stroke`). The tip is fixed to the cue, with +x along the stroke. The incline turns
-about its pivot by the elevation of the cue. The length of its actuator, the joint `incline`, is
-not part of the chain, because the actuator closes a kinematic loop. It moves a frame of its own,
+Each frame is connected to the one before it by a joint: `table`, `machine` (fixed, where the
+alignment has it), the bridge (`base_x`), the trolley (`base_y`), `base_link` at the pivot
+(`base_z`), the turntable (`azimuth`), the incline, and the cue (`stroke`). The tip is fixed to
+the cue, where the alignment has it, with +x along the stroke. The incline turns about its pivot by
+the elevation of the cue. The length of its actuator, the joint `incline`, is not part of the
+chain, because the actuator closes a kinematic loop. It moves a frame of its own,
 `incline_actuator`, which carries nothing.
 """
 
@@ -88,9 +89,9 @@ def joints_of(
     prefix = frame[: frame.rfind('/') + 1]
     frames = [prefix + name for name in (MACHINE, *FRAMES)]
     alignment = mechanism.alignment
-    geometry, ends = mechanism.incline_geometry, (mechanism.incline.min, mechanism.incline.max)
+    ends = (mechanism.incline.min, mechanism.incline.max)
     # The actuator turns the incline fastest at one end of its range, where its lever is shortest.
-    per_length = 1.0 / min(map(geometry.length_per_elevation, ends))
+    per_length = 1.0 / min(map(mechanism.length_per_elevation, ends))
     joints = []
     for i, (name, axis) in enumerate(zip(names, mechanism.axes, strict=True)):
         joint = Joint(
@@ -116,7 +117,7 @@ def joints_of(
         name=elevation_joint(names),
         min=low,
         max=high,
-        speed=alignment.elevation_scale * per_length * actuator.speed,
+        speed=per_length * actuator.speed,
         effort=torque,
     )
     joints.append(

@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from billiard_shot.cue.alignment import Alignment
+from billiard_shot.cue.alignment import Alignment, EXACT
 from billiard_shot.cue.joint_trajectory import JointTrajectory, TrajectoryBuilder
 from billiard_shot.cue.kinematics import (
     inverse_kinematics,
@@ -132,7 +132,9 @@ def prepare_shot(
     bare = pose_by_encoders(mechanism, contact)
     speed = mechanism.alignment.encoder_speed(stroke.speed)
     try:
-        _check_without_alignment(shot.scene, bare)
+        if mechanism.alignment != EXACT:
+            _check_without_alignment(shot.scene, bare)
+        way = _clearance((contact, bare), scene.cue.ferrule_radius)
         profile = stroke_profile(
             mechanism,
             scene.cue.mass,
@@ -141,8 +143,7 @@ def prepare_shot(
             speed,
             speed / stroke.speed * shot.cue_speed,
             shot.tip_time,
-            clearance=_clearance((contact, bare), scene.cue.ferrule_radius)
-            / max(_lengths(mechanism)),
+            clearance=way / max(_lengths(mechanism)),
         )
         aimed = inverse_kinematics(mechanism, contact, profile.contact_at)
     except LimitError as error:
@@ -167,10 +168,10 @@ def tip_at(stroke: Stroke, ball: tuple[float, float], scene: Scene) -> TipPose:
 
 def stroke_on_table(
     alignment: Alignment,
-    measured: Alignment,
     stroke: Stroke,
     ball: tuple[float, float],
     scene: Scene,
+    measured: Alignment = EXACT,
 ) -> Array:
     """
     Find the stroke that the tip plays if it was measured with another alignment.
@@ -179,13 +180,13 @@ def stroke_on_table(
     ----------
     alignment : Alignment
         That of the machine.
-    measured : Alignment
-        That of the driver which measured the stroke.
     stroke : Stroke
         As it was measured.
     ball : (x, y)
         Where the cue ball lies [m].
     scene : Scene
+    measured : Alignment
+        That of the driver which measured the stroke.
 
     Returns
     -------
@@ -274,15 +275,11 @@ def _check_without_alignment(scene: Scene, pose: TipPose) -> None:
 
     The alignment may be wrong. `predict` checks the pose with it.
     """
-    around = surroundings_of(scene)
-    ball = np.array(scene.cue_ball)
-    height = float(pose.position[2])
-    touching = ((pose.position - ball) / scene.ball.radius).tolist()
-    alone = around._replace(balls=np.zeros((0, 2)))
-    violations = check_range(
-        'cloth', height, 0.0, math.inf, 'm', 'height of the tip by the encoders'
-    )
-    if clearance(alone, touching, pose.along.tolist(), ball.tolist()) != Status.OK:
+    height, ball = float(pose.position[2]), np.array(scene.cue_ball)
+    touching = (pose.position - ball) / scene.ball.radius
+    cushions = surroundings_of(scene)._replace(balls=np.zeros((0, 2)))
+    violations = check_range('cloth', height, 0.0, math.inf, 'm', 'the tip, by the encoders')
+    if clearance(cushions, touching, pose.along, ball) != Status.OK:
         text = 'cushion: the cue would pass through a cushion, by the encoders'
         violations.append(LimitViolation('cushion', text))
     raise_violations(violations)

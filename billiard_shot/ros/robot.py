@@ -3,9 +3,15 @@ Start the nodes on this machine, until Ctrl+C; for machines without the `ros2` c
 
     robot --simulate --player
     robot --camera --player --interface follow_joint_trajectory
+
+ROS arguments hold for all nodes; a parameter of one node has its name before it:
+
+    robot --simulate --ros-args -p table_tracker:class_names:="[white=cue, solid]"
 """
 
 from collections.abc import Sequence
+import os
+from pathlib import Path
 import signal
 import sys
 import time
@@ -22,7 +28,9 @@ def nodes_of(
     """Nodes and their ROS arguments; `ros` are arguments of all nodes."""
     patience = SIMULATION if simulate else ()
     on_it = ('-p', f'scene:={scene}', *ros)
+    kept = '' if simulate else state_file(ros)
     driver = (*on_it, '-p', 'autostart:=true', '-p', f'interface:={interface}', *patience)
+    driver += ('-p', f"state_file:='{kept}'")
     nodes = {'predictor': on_it, 'planner': on_it, 'cue_driver': driver}
     if camera:
         nodes['table_tracker'] = on_it
@@ -33,6 +41,13 @@ def nodes_of(
         if interface == 'topic':
             nodes['cue_sim'] = (*ros, *patience)
     return nodes
+
+
+def state_file(ros: Sequence[str]) -> str:
+    """Path of the file that keeps a latched state of the driver, for the namespace in `ros`."""
+    spaces = [each.partition('__ns:=')[2].strip('/') for each in ros if '__ns:=' in each]
+    home = Path(os.environ.get('ROS_HOME') or Path.home() / '.ros')
+    return str(home.joinpath('billiard_shot', *spaces[-1:], 'cue_driver.state'))
 
 
 def main(args: Sequence[str] | None = None) -> None:
