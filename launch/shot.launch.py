@@ -79,7 +79,7 @@ HOME = EnvironmentVariable(
 )
 STATE_FILE = [
     HOME,
-    '/billiard_shot',
+    '/billiard_shot/',
     LaunchConfiguration('ros_namespace', default=''),  # with the namespaces of groups around this
     '/cue_driver.state',
 ]
@@ -168,11 +168,8 @@ def generate_launch_description():
                 'player',
                 parameters=[CLOCK],
                 arguments=[
-                    '--serve',
-                    '--scene',
-                    VALUE['scene'],
-                    '--mechanism',
-                    VALUE['mechanism'],
+                    *('--serve', '--scene', VALUE['scene']),
+                    *('--mechanism', VALUE['mechanism']),
                 ],
                 condition=IfCondition(VALUE['player']),
             ),

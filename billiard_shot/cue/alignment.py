@@ -99,7 +99,7 @@ class Alignment:
             f'alignment.{name} must be from {exact - limit * BOUNDS[name]:g} to '
             f'{exact + limit * BOUNDS[name]:g}, got {value:g}'
             for name, (value, exact) in self._differences().items()
-            if abs(value - exact) > limit * BOUNDS[name]
+            if abs(value - exact) > limit * BOUNDS[name] * (1.0 + 1e-9)
         ]
         if wrong:
             raise ValueError(

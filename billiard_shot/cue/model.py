@@ -20,6 +20,7 @@ from billiard_shot.cue.mechanism import INCLINE, JOINTS, Mechanism, STROKE
 from billiard_shot.cue.parts import MovingPart
 from billiard_shot.records import Array, Triple
 from billiard_shot.scene.equipment import STANDARD_GRAVITY
+from billiard_shot.shot.stroke_vectors import axes
 
 FRAMES = ('bridge', 'trolley', 'base_link', 'turntable', 'incline', 'cue')
 """Frames that the joints of `JOINTS` move, in their order."""
@@ -75,7 +76,9 @@ def joints_of(
     mechanism: Mechanism, frame: str = 'table', names: Sequence[str] = JOINTS
 ) -> tuple[Joint, ...]:
     """
-    Joints from the machine to the cue, then the actuator of the incline, and two fixed ones.
+    List the fixed joint of the machine, those to the cue, the actuator's, and that of the tip.
+
+    The incline is where it is when the cue is level and drawn back, see `transforms`.
 
     Parameters
     ----------
@@ -112,8 +115,10 @@ def joints_of(
     torque = _effort(mechanism, INCLINE, per_length * mechanism.incline.acceleration)
     actuator = joints[INCLINE]
     assert actuator.part
+    level = mechanism.incline_geometry.length(0.0)
     joints[INCLINE] = replace(
         actuator,
+        origin=_incline_shift(mechanism, level, 0.0),
         name=elevation_joint(names),
         min=low,
         max=high,
@@ -132,12 +137,11 @@ def joints_of(
             has_shape=False,
         )
     )
-    offset = (mechanism.reach, -alignment.tip_right, alignment.tip_up - mechanism.axis_drop)
+    offset = (mechanism.reach, 0.0, -mechanism.axis_drop)
     joints.append(Joint('tip', FIXED, joints[STROKE].child, f'{prefix}tip', origin=offset))
     place = (alignment.machine_x, alignment.machine_y, 0.0)
     yaw = math.radians(alignment.machine_angle_deg)
-    joints.append(Joint(MACHINE, FIXED, frame, frames[0], origin=place, yaw=yaw))
-    return tuple(joints)
+    return (Joint(MACHINE, FIXED, frame, frames[0], origin=place, yaw=yaw), *joints)
 
 
 def transforms(
@@ -145,6 +149,9 @@ def transforms(
 ) -> tuple[Transform, ...]:
     """
     Find the transforms of all frames, from the table to the tip.
+
+    The cue is at its aligned elevation. So that its tip is at the aligned place, too, the incline
+    is a little beside its pivot, depending on the elevation and the stroke.
 
     Parameters
     ----------
@@ -164,16 +171,28 @@ def transforms(
     for name, value in zip(JOINTS, values, strict=True):
         if not math.isfinite(value):
             raise ValueError(f'{name}: position {value} is not finite')
-    length = values[INCLINE]
+    length, shift = values[INCLINE], _incline_shift(mechanism, values[INCLINE], values[STROKE])
     values[INCLINE] = mechanism.elevation(length)
     found = []
-    for joint, value in zip(joints, (*values, length, 0.0, 0.0), strict=True):
+    for joint, value in zip(joints, (0.0, *values, length, 0.0), strict=True):
         axis = np.array(Z_AXIS if joint.kind == FIXED else joint.axis)
         angle, distance = (value, 0.0) if joint.kind == REVOLUTE else (joint.yaw, value)
         x, y, z = (math.sin(0.5 * angle) * axis).tolist()
-        place, turn = distance * axis + joint.origin, (x, y, z, math.cos(0.5 * angle))
+        origin = shift if joint is joints[1 + INCLINE] else joint.origin
+        place, turn = distance * axis + origin, (x, y, z, math.cos(0.5 * angle))
         found.append(Transform(joint.parent, joint.child, place, turn))
     return tuple(found)
+
+
+def _incline_shift(mechanism: Mechanism, length: float, stroke: float) -> Triple:
+    """Place of the incline's frame in that of the turntable [m] for two joints [m]."""
+    alignment, reach = mechanism.alignment, mechanism.reach + stroke
+    encoder = mechanism.incline_geometry.elevation(length)
+    right, up, along = np.array(axes(mechanism.elevation(length), 0.0))
+    _, up_before, along_before = np.array(axes(encoder, 0.0))
+    moved = reach * (along_before - along) - mechanism.axis_drop * (up_before - up)
+    x, y, z = (moved + alignment.tip_right * right + alignment.tip_up * up).tolist()
+    return x, y, z
 
 
 def _centres(mechanism: Mechanism) -> tuple[Triple, ...]:

@@ -172,9 +172,7 @@ def main(args: Sequence[str] | None = None) -> None:
     )
     add_client_arguments(parser)
     add_turn_arguments(parser)
-    limits = (
-        "mechanism of the driver, whose limits hold for games beside those of the scene's robot"
-    )
+    limits = "mechanism of the driver; games keep to its limits and those of the scene's robot"
     add('--mechanism', default='', metavar='FILE', help=limits)
     miscue = 'play a stroke in which the tip is predicted to slide on the ball'
     add('--allow-miscue', action='store_true', help=miscue)

@@ -3,10 +3,6 @@ Start the nodes on this machine, until Ctrl+C; for machines without the `ros2` c
 
     robot --simulate --player
     robot --camera --player --interface follow_joint_trajectory
-
-ROS arguments hold for all nodes; a parameter of one node has its name before it:
-
-    robot --simulate --ros-args -p table_tracker:class_names:="[white=cue, solid]"
 """
 
 from collections.abc import Sequence
@@ -18,6 +14,13 @@ import time
 
 from billiard_shot.ros.node_runner import own_arguments, parser_of
 from billiard_shot.ros.processes import quick_environment, running, SIMULATION
+
+MORE_HELP = """\
+ROS arguments hold for all nodes. The name of a node before a parameter makes it one of that node:
+
+    robot --camera --ros-args -p "table_tracker:class_names:=['white=cue', 'solid']"
+
+exit codes: 0 after Ctrl+C; 1 if a node ended by itself; 2 invalid arguments"""
 
 PROCESS_POLL_PERIOD = 0.2  # s between two checks whether all nodes still run
 
@@ -55,8 +58,7 @@ def main(args: Sequence[str] | None = None) -> None:
     given = list(sys.argv if args is None else ['', *args])
     own = own_arguments(args)
     ros = [each for each in given[1:] if each not in (*own, '--ros-args', '--')]
-    codes = 'exit codes: 0 after Ctrl+C; 1 if a node ended by itself; 2 invalid arguments'
-    parser = parser_of('robot', __doc__, codes)
+    parser = parser_of('robot', __doc__, MORE_HELP)
     scene_help = 'bundled scene or YAML file for all nodes; its cue must be guided (paper)'
     parser.add_argument('--scene', default='paper', metavar='SCENE', help=scene_help)
     parts = {
