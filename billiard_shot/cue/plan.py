@@ -2,8 +2,8 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
-from itertools import product
+import functools
+import itertools
 import math
 
 import numpy as np
@@ -298,10 +298,10 @@ def _check_touch(
         return length * float(position[STROKE] - left_at), length * float(velocity[STROKE])
 
     shape = Shape(scene.ball.radius, scene.cue.tip_curvature_radius, scene.cue.ferrule_radius)
-    for length, (name, ball) in product(_lengths(mechanism), shot.run.balls.items()):
+    for length, (name, ball) in itertools.product(_lengths(mechanism), shot.run.balls.items()):
         touch = first_touch(
             ball,
-            partial(cue, length),
+            functools.partial(cue, length),
             contact.position,
             contact.along,
             shape,
