@@ -217,8 +217,8 @@ def check_conventions(recorded: Sequence[Recorded]) -> None:
     stated = astray(azimuths)
     if stated > ASTRAY > found[likely]:
         raise ValueError(
-            f'recordings: {likely}: half of the cue balls start {math.degrees(stated):.0f} degrees '
-            f'or more beside their strokes, but {math.degrees(found[likely]):.0f} if so'
+            f'recordings: {likely}: half of the cue balls start {math.degrees(stated):.0f}° '
+            f'or more beside their strokes, but {math.degrees(found[likely]):.0f}° if so'
         )
     speeds = [each.stroke.speed for each in recorded]
     ratio = float(np.median(np.linalg.norm(starts, axis=1) / speeds))

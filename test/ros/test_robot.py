@@ -85,6 +85,16 @@ def test_it_ends_if_a_node_ends(begin, node):
 
 
 @pytest.mark.parametrize(
+    ('ros', 'folder'), [((), ''), (('-r', '__ns:=/a'), 'a/'), (('-r', '__ns:=/a/b'), 'a/b/')]
+)
+def test_each_namespace_keeps_the_state_of_its_driver(ros, folder, monkeypatch):
+    monkeypatch.setenv('ROS_HOME', '/ros')
+    for simulate, path in ((True, ''), (False, f'/ros/billiard_shot/{folder}cue_driver.state')):
+        nodes = robot.nodes_of(ros, 'paper', simulate, False, False, 'topic')
+        assert f"state_file:='{path}'" in nodes['cue_driver']
+
+
+@pytest.mark.parametrize(
     'arguments',
     [
         ['--scene', 'robot_table', '--ros-args', '-r', '__ns:=/a'],
