@@ -160,7 +160,7 @@ class CueDriver(LifecycleNode):
         set_niceness(self, self._own.niceness)
         self._decided = 0  # ROS time of the last decision [ns]
         self._goal: GoalHandle | None = None  # that is being executed
-        self._ended: dict[GoalHandle, Future[Result]] = {}  # of goals without an answer
+        self._ended: dict[bytes, Future[Result]] = {}  # by ids of goals without an answer
         self._last_strike = Strike()
         self._rivals = ''  # why no motion can be commanded: another node has this name
         self._starts = False  # whether the node still has to activate itself
@@ -371,7 +371,7 @@ class CueDriver(LifecycleNode):
         """Begin an accepted goal, before anything else happens; a task that waits ends it."""
         now = self.get_clock().now()
         self._decided = now.nanoseconds
-        ended = self._ended[goal] = Future(executor=self.executor)
+        ended = self._ended[_id_of(goal)] = Future(executor=self.executor)
         # The last tick may be so long ago that a new plan would seem to be ahead of the clock.
         self._controller.receive_clock(1e-9 * self._decided, steady_time())
         try:
@@ -394,8 +394,8 @@ class CueDriver(LifecycleNode):
 
     async def _end(self, goal: GoalHandle) -> ExecuteShot.Result:
         """Wait until a goal has ended, and answer it."""
-        result = await self._ended[goal]
-        del self._ended[goal]
+        result = await self._ended[_id_of(goal)]
+        del self._ended[_id_of(goal)]
         assert result is not None
         if result.outcome is GoalOutcome.OK:
             goal.succeed()
@@ -504,7 +504,7 @@ class CueDriver(LifecycleNode):
 
     def _finish(self, result: Result) -> None:
         if self._goal:
-            self._ended[self._goal].set_result(result)
+            self._ended[_id_of(self._goal)].set_result(result)
         self._goal = None
 
     def _state_message(self) -> CueState:
@@ -524,6 +524,10 @@ class CueDriver(LifecycleNode):
         )
         if wrong := '; '.join(filter(None, problems.values())):
             self.get_logger().warning(f'not ready: {wrong}', throttle_duration_sec=REMINDER_PERIOD)
+
+
+def _id_of(goal: GoalHandle) -> bytes:
+    return bytes(goal.goal_id.uuid)
 
 
 def _answering(act: Callable[[Any], SafetyDecision]) -> Callable[[Any, Any], Any]:

@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 import numpy as np
 from rclpy.time import Time as RosTime
 from std_msgs.msg import Header
+from unique_identifier_msgs.msg import UUID
 
 from billiard_shot import Scene, Stroke
 from billiard_shot.cue.execution import Result
@@ -160,7 +161,7 @@ def test_constants_are_the_enumerations():
 
 def test_a_goal_is_judged_at_the_time_at_which_it_arrives():
     """Before, a plan that was newer than the last tick by 0.1 s was refused: a busy computer."""
-    driver, goal = MagicMock(_ended={}), MagicMock()
+    driver, goal = MagicMock(_ended={}), MagicMock(goal_id=UUID())
     driver._own.frame = 'table'
     driver.get_clock().now.return_value = RosTime(seconds=6)
     driver._controller.execute.side_effect = RefusedError(GoalOutcome.BUSY, 'busy')
@@ -172,7 +173,7 @@ def test_a_goal_is_judged_at_the_time_at_which_it_arrives():
 
 def test_an_error_while_a_goal_is_taken_is_a_fault():
     """If an exception ends an action, rclpy gives it the outcome 0, which is OK."""
-    driver, goal = MagicMock(_ended={}), MagicMock(is_cancel_requested=False)
+    driver, goal = MagicMock(_ended={}), MagicMock(goal_id=UUID(), is_cancel_requested=False)
     driver._controller.reason = 'error of this program'
     driver.get_clock().now().to_msg.side_effect = KeyError('clock')
     CueDriver._begin(driver, goal)
