@@ -19,6 +19,7 @@ from billiard_shot.cue.mechanism import JOINTS
 from billiard_shot.cue.outcome import GoalOutcome
 from billiard_shot.cue.safety import SafetyState
 from billiard_shot.ros.node_runner import EVERY_STATE
+from billiard_shot.ros.writing_time import nanoseconds
 
 SPACE = '/inactive'
 DEACTIVATE = Transition.TRANSITION_DEACTIVATE
@@ -31,8 +32,13 @@ QUEUED = 0.15
 def positions(cell, seconds):
     """Joints (n, 6) that the mechanism measures for some time [m, rad]."""
     cell.joints.clear()
+    begin = nanoseconds(cell.player.get_clock().now().to_msg())  # older messages may wait
     cell.player.until(lambda: False, seconds)
-    rows = [dict(zip(each.name, each.position, strict=True)) for each in cell.joints]
+    rows = [
+        dict(zip(each.name, each.position, strict=True))
+        for each in cell.joints
+        if nanoseconds(each.header.stamp) > begin
+    ]
     return np.array([[row[name] for name in JOINTS] for row in rows if JOINTS[0] in row])
 
 
