@@ -271,7 +271,7 @@ class CueDriver(LifecycleNode):
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Withdraw all interfaces, and allow parameters to be set."""
         self._controller.deactivate(steady_time(), UNCONFIGURED, 'cleaned up')
-        self._commands = None
+        self._commands, self._starts = None, False
         for destroy in self._destroy:
             destroy()
         return super().on_cleanup(state)
