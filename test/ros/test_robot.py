@@ -28,8 +28,9 @@ NODES = ('predictor', 'planner', 'cue_driver', 'cue_sim', 'table_sim')
 
 
 @pytest.fixture
-def begin(domain):
+def begin(domain, monkeypatch, tmp_path):
     """Start `robot` in a process group of its own, in which nothing is left at the end."""
+    monkeypatch.setenv('ROS_HOME', str(tmp_path))  # no driver finds the state of an earlier one
     begun = []
 
     def begin(space, *arguments):
