@@ -32,8 +32,16 @@ def nodes_of(
     patience = SIMULATION if simulate else ()
     on_it = ('-p', f'scene:={scene}', *ros)
     kept = '' if simulate else state_file(ros)
-    driver = (*on_it, '-p', 'autostart:=true', '-p', f'interface:={interface}', *patience)
-    driver += ('-p', f"state_file:='{kept}'")
+    driver = (
+        '-p',
+        f"state_file:='{kept}'",
+        *on_it,
+        '-p',
+        'autostart:=true',
+        '-p',
+        f'interface:={interface}',
+        *patience,
+    )
     nodes = {'predictor': on_it, 'planner': on_it, 'cue_driver': driver}
     if camera:
         nodes['table_tracker'] = on_it
