@@ -151,22 +151,15 @@ class Turn:
             self.tell(TurnStage.WATCH, 'the balls roll', shot_id, {})
             places = self.table.places_at_rest(result.strike.header.stamp)
             # A simulated table does not hear of a strike that was not measured.
-            outcome = self.table.record() if result.measured else None
-            ruling = self._ruling(state, decision, shot_id, places, outcome)
+            if outcome := self.table.record() if result.measured else None:
+                ruling = judge(state, decision.call, replace(outcome, places=places))
+            else:
+                ruling = self._ruling(state, decision, shot_id, places)
             self._judged(state, decision, ruling, shot_id)
         if ended and self.state.player == state.player and not self.state.over:
             raise ended
 
-    def _ruling(
-        self,
-        state: State,
-        decision: Decision,
-        shot_id: str,
-        places: Places,
-        outcome: Outcome | None,
-    ) -> Ruling:
-        if outcome:
-            return judge(state, decision.call, replace(outcome, places=places))
+    def _ruling(self, state: State, decision: Decision, shot_id: str, places: Places) -> Ruling:
         found = possible_rulings(state, decision.call, places)
         if len(found) == 1:
             return found[0]
