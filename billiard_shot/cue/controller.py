@@ -299,6 +299,8 @@ class Controller:
     def arm(self, shot_id: str, now: float) -> SafetyDecision:
         """Allow the aimed shot to be fired, if `shot_id` names it; it fires after settling."""
         self._notice_pause(now)
+        if self.inactive:  # the table would only say that no cue is aimed
+            return SafetyDecision(False, self.state, f'arm: {self.inactive}')
         if self._execution and shot_id != self.shot_id:
             wrong = f'arm: shot_id {must_be(repr(self.shot_id), shot_id)}'
             return SafetyDecision(False, self.state, wrong)
