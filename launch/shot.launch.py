@@ -74,6 +74,15 @@ VIEW = PathJoinSubstitution([SHARE, 'rviz', 'shot.rviz'])
 SIMULATION = PathJoinSubstitution([SHARE, 'config', 'simulation.yaml'])
 FOR_ALL = ('scene', 'mechanism', 'frame')
 CLOCK = {'use_sim_time': ParameterValue(VALUE['use_sim_time'], value_type=bool)}
+HOME = EnvironmentVariable(
+    'ROS_HOME', default_value=[EnvironmentVariable('HOME', default_value=''), '/.ros']
+)
+STATE_FILE = [
+    HOME,
+    '/billiard_shot/',
+    LaunchConfiguration('ros_namespace', default=''),  # with the namespaces of groups around this
+    '/cue_driver.state',
+]
 PROFILE = 'FASTDDS_DEFAULT_PROFILES_FILE'
 OWN_PROFILE = PathJoinSubstitution([SHARE, 'config', 'fastdds.xml'])
 SPAWNED = 'joint_state_broadcaster', 'joint_trajectory_controller'
@@ -145,6 +154,9 @@ def generate_launch_description():
                     {
                         'autostart': ParameterValue(VALUE['autostart'], value_type=bool),
                         'interface': ParameterValue(interface, value_type=str),
+                        'state_file': ParameterValue(
+                            IfElseSubstitution(simulated, '', STATE_FILE), value_type=str
+                        ),
                     }
                 ],
                 name='cue_driver',
@@ -155,7 +167,10 @@ def generate_launch_description():
                 'billiard_shot',
                 'player',
                 parameters=[CLOCK],
-                arguments=['--serve', '--scene', VALUE['scene']],
+                arguments=[
+                    *('--serve', '--scene', VALUE['scene']),
+                    *('--mechanism', VALUE['mechanism']),
+                ],
                 condition=IfCondition(VALUE['player']),
             ),
             node('table_tracker', condition=IfCondition(VALUE['camera'])),

@@ -136,6 +136,7 @@ def started(launch_file, **arguments):
     (namespace,) = [
         text(each.args[0], context) for each in listed if each.kind == 'PushROSNamespace'
     ]
+    context['ros_namespace'] = namespace
     nodes = {}
     for each in listed:
         if each.kind not in ('Node', 'LifecycleNode'):

@@ -53,6 +53,15 @@ def test_nodes_and_their_files_are_there(launch_file):
     assert executables - set(own) <= PROGRAMS
 
 
+@pytest.mark.parametrize('namespace', ['', 'cell1'])
+def test_each_namespace_keeps_the_state_of_its_driver(launch_file, monkeypatch, namespace):
+    monkeypatch.setenv('ROS_HOME', '/ros')
+    kept = f'/ros/billiard_shot/{namespace}/cue_driver.state'
+    for simulate, wanted in (('true', ''), ('false', kept)):
+        nodes = started(launch_file, simulate=simulate, namespace=namespace)
+        assert nodes['cue_driver'].settings['state_file'] == wanted
+
+
 def test_nodes_use_the_profile_of_the_package_or_that_of_the_user(launch_file, monkeypatch):
     name = 'FASTDDS_DEFAULT_PROFILES_FILE'
     for own, wanted in ((None, str(ROOT / 'config' / 'fastdds.xml')), ('mine.xml', 'mine.xml')):

@@ -1,6 +1,6 @@
 """Where a machine stands at its table, and how it errs, from strikes that it recorded."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 import math
 from pathlib import Path
@@ -31,8 +31,9 @@ from billiard_shot.calibration.usable import (
     Recordings,
     usable_shots,
 )
-from billiard_shot.cue.alignment import Alignment
+from billiard_shot.cue.alignment import Alignment, EXACT
 from billiard_shot.cue.mechanism import Mechanism
+from billiard_shot.numerics.angles import wrapped
 from billiard_shot.scene import Bias, Scene
 from billiard_shot.scene.checks import write
 
@@ -50,6 +51,21 @@ LEAST_SIGMA = 3e-4
 
 WORST = 4.0
 """A strike does not count if no stroke fits it: its median error relative to that of all."""
+
+ASTRAY = 0.35
+"""Cue balls do not start as their strokes say if half of them start so far beside them [rad]."""
+
+CONVENTIONS: dict[str, Callable[[Floats], Floats]] = {
+    'y of the tracks or of the strokes is mirrored': lambda azimuth: -azimuth,
+    'x of the tracks or of the strokes is mirrored': lambda azimuth: math.pi - azimuth,
+    'x and y of the tracks or of the strokes are swapped': lambda azimuth: 0.5 * math.pi - azimuth,
+    'the strokes point backwards': lambda azimuth: azimuth + math.pi,
+    'the azimuths are in radians, not in degrees': np.degrees,
+}
+"""Usual mistakes in recordings; the azimuths that were meant for those that were read [rad]."""
+
+LIKELY_SPEEDS = 0.1, 2.0
+"""Range of the speed of a cue ball relative to that of the cue."""
 
 LEAST_KNOWN = 4.0
 """Number of known errors that tell their deviation."""
@@ -111,7 +127,9 @@ class MachineCalibration:
         return [each for each in self.estimates if each.name.startswith(section)]
 
 
-def calibrate_machine(recordings: Recordings, scene: Scene) -> MachineCalibration:
+def calibrate_machine(
+    recordings: Recordings, scene: Scene, measured: Alignment = EXACT
+) -> MachineCalibration:
     """
     Find where a machine stands at its table, and how it errs.
 
@@ -119,9 +137,11 @@ def calibrate_machine(recordings: Recordings, scene: Scene) -> MachineCalibratio
     ----------
     recordings : Recording, str, Path, or sequence of these
         Of strikes at several places, in several directions, at several speeds and elevations, with
-        their strokes as the encoders say. The node `shot_recorder` writes them.
+        their strokes as the driver measured them. The node `shot_recorder` writes them.
     scene : Scene
         The table, which is known.
+    measured : Alignment
+        That of the driver, which is part of these strokes; the one that is found replaces it.
 
     Raises
     ------
@@ -133,11 +153,12 @@ def calibrate_machine(recordings: Recordings, scene: Scene) -> MachineCalibratio
     usable, ignored = usable_shots(read)
     check_places(scene, usable, read)
     recorded = [
-        Recorded(read[each.recording].frame, each.watched, each.shot.stroke)
+        Recorded(read[each.recording].frame, each.watched, each.shot.stroke, measured)
         for each in usable
         if each.shot.stroke is not None
     ]
     check_enough(len(recorded), LEAST_STRIKES, 'strikes with strokes', ignored)
+    check_conventions(recorded)
     bare, alignment = replace(scene, balls={}), Alignment()
     scales, sigma = FIRST_SCALES, float(FIRST_SCALES[0])
     for width in WIDTHS:
@@ -175,6 +196,38 @@ def calibrate_machine(recordings: Recordings, scene: Scene) -> MachineCalibratio
         len(strikes),
         tuple(ignored),
     )
+
+
+def check_conventions(recorded: Sequence[Recorded]) -> None:
+    """Raise ValueError if strikes seem to be mirrored, swapped, or in other units; say which."""
+    starts = np.array(
+        [
+            each.frame.to_table(each.watched.velocity) - each.frame.to_table(np.zeros(2))
+            for each in recorded
+        ]
+    )
+    headings = np.arctan2(starts[:, 1], starts[:, 0])
+    azimuths = np.array([each.stroke.offsets[3] for each in recorded])
+
+    def astray(meant: Floats) -> float:
+        return float(np.median(np.abs(wrapped(headings - meant))))
+
+    found = {mistake: astray(change(azimuths)) for mistake, change in CONVENTIONS.items()}
+    likely = min(found, key=lambda mistake: found[mistake])
+    stated = astray(azimuths)
+    if stated > ASTRAY > found[likely]:
+        raise ValueError(
+            f'recordings: {likely}: half of the cue balls start {math.degrees(stated):.0f}° '
+            f'or more beside their strokes, but {math.degrees(found[likely]):.0f}° if so'
+        )
+    speeds = [each.stroke.speed for each in recorded]
+    ratio = float(np.median(np.linalg.norm(starts, axis=1) / speeds))
+    slowest, fastest = LIKELY_SPEEDS
+    if not slowest < ratio < fastest:
+        raise ValueError(
+            f'recordings: the cue balls start at {ratio:.2g} times the speed of the cue, which '
+            f'must be {slowest:g} to {fastest:g}; are the units m, s and m/s?'
+        )
 
 
 def _errors(scene: Scene, recorded: Recorded, row: Floats) -> Floats:

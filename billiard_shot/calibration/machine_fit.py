@@ -69,7 +69,7 @@ LIKELY = 0.995
 def stroke_in(recorded: Recorded, alignment: Alignment, scene: Scene) -> Floats:
     """Return the stroke (5,) of the tip in a strike, if the encoders differ by an alignment."""
     x, y = recorded.place.tolist()
-    return stroke_on_table(alignment, recorded.stroke, (x, y), scene)
+    return stroke_on_table(alignment, recorded.stroke, (x, y), scene, recorded.measured)
 
 
 class Strike(NamedTuple):

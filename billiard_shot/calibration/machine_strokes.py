@@ -16,6 +16,7 @@ from billiard_shot.calibration.comparison import compare, Comparison
 from billiard_shot.calibration.launch import apart, LEAST_PLACE_SIGMA, MAX_EVENTS
 from billiard_shot.calibration.recording import Floats, Frame
 from billiard_shot.calibration.watched import START_SIGMA, Watched
+from billiard_shot.cue.alignment import Alignment, EXACT
 from billiard_shot.planning.strikes import strike_alone
 from billiard_shot.scene import Scene
 from billiard_shot.scene.player import SPEED
@@ -62,13 +63,16 @@ class Recorded(NamedTuple):
     frame : Frame
     watched : Watched
     stroke : Stroke
-        As the encoders say.
+        As the driver measured it.
+    measured : Alignment
+        That of the driver.
 
     """
 
     frame: Frame
     watched: Watched
     stroke: Stroke
+    measured: Alignment = EXACT
 
     @property
     def place(self) -> Floats:

@@ -13,6 +13,19 @@ from billiard_shot.scene.checks import check
 from billiard_shot.scene.fields import number
 from billiard_shot.shot.stroke_vectors import axes
 
+BOUNDS = {
+    'machine_x': 0.05,
+    'machine_y': 0.05,
+    'machine_angle_deg': 3.0,
+    'tip_right': 0.05,
+    'tip_up': 0.05,
+    'speed_scale': 0.1,
+    'speed_bias': 0.1,
+    'elevation_scale': 0.1,
+    'elevation_bias_deg': 3.0,
+}
+"""Largest differences of plausible numbers from those of an exact machine, in their units."""
+
 
 @dataclass(frozen=True, slots=True)
 class Alignment:
@@ -56,7 +69,7 @@ class Alignment:
     ) -> tuple[Array, float, float]:
         """Return the pose of the tip for position (3,) [m] and angles [rad] of the encoders."""
         azimuth += math.radians(self.machine_angle_deg)
-        elevation = self.elevation_scale * elevation + math.radians(self.elevation_bias_deg)
+        elevation = self.elevation(elevation)
         return self._turn @ position + self._beside(azimuth, elevation), azimuth, elevation
 
     def by_encoders(
@@ -68,6 +81,10 @@ class Alignment:
         elevation = (elevation - math.radians(self.elevation_bias_deg)) / self.elevation_scale
         return position, azimuth, elevation
 
+    def elevation(self, encoder: float) -> float:
+        """Return the elevation of the cue for that of its encoder [rad]."""
+        return self.elevation_scale * encoder + math.radians(self.elevation_bias_deg)
+
     def speed(self, encoder: float) -> float:
         """Return the speed of the cue for that of its encoder [m/s]."""
         return self.speed_scale * encoder + self.speed_bias
@@ -75,6 +92,28 @@ class Alignment:
     def encoder_speed(self, speed: float) -> float:
         """Return the speed of the encoder for that of the cue [m/s]."""
         return (speed - self.speed_bias) / self.speed_scale
+
+    def check_plausible(self, limit: float) -> None:
+        """Raise ValueError with each number that differs by more than `limit` times its bound."""
+        wrong = [
+            f'alignment.{name} must be from {exact - limit * BOUNDS[name]:g} to '
+            f'{exact + limit * BOUNDS[name]:g}, got {value:g}'
+            for name, (value, exact) in self._differences().items()
+            if abs(value - exact) > limit * BOUNDS[name] * (1.0 + 1e-9)
+        ]
+        if wrong:
+            raise ValueError(
+                f'{"; ".join(wrong)}; the parameter alignment_limit widens the ranges'
+            )
+
+    def __str__(self) -> str:
+        differences = self._differences().items()
+        return ', '.join(f'{name} {value:g}' for name, (value, _) in differences) or 'exact'
+
+    def _differences(self) -> dict[str, tuple[float, float]]:
+        """Numbers that differ from those of an exact machine, and the latter."""
+        numbers = {name: (getattr(self, name), getattr(EXACT, name)) for name in BOUNDS}
+        return {name: each for name, each in numbers.items() if each[0] != each[1]}
 
     @property
     def _turn(self) -> Array:
@@ -90,3 +129,7 @@ class Alignment:
             + self.tip_right * right
             + self.tip_up * up
         )
+
+
+EXACT = Alignment()
+"""The alignment of a machine that stands and measures as its encoders say."""

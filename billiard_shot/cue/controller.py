@@ -4,7 +4,8 @@ The cue's controller: goals and inputs go in, commands for the mechanism come ou
 The controller uses neither middleware nor a clock of its own. Every call passes `now`, the time of
 a steady clock [s]. Calls that pass a message also pass the time at which the message was written.
 The controller acts on messages at once; it checks for time-outs and progress at every `tick`.
-After a pause without calls, it trusts no message from before the pause.
+After a pause without calls, it trusts no message from before the pause. Every motion begins with
+an event of the table in `safety`, for which the controller must be active at that moment.
 """
 
 from collections import deque
@@ -73,7 +74,7 @@ class Controller:
     on_command : callable
         Called with every new command, but not when a command is repeated.
     on_strike : callable
-        Called with every measured strike.
+        Called when the cue has met the ball, with the measured strike; None if that is missing.
     on_result : callable
         Called with the result when a goal ends.
 
@@ -87,10 +88,11 @@ class Controller:
         *,
         on_state: Callable[[], None] = lambda: None,
         on_command: Callable[[Command], None] = lambda _: None,
-        on_strike: Callable[[MeasuredStrike], None] = lambda _: None,
+        on_strike: Callable[[MeasuredStrike | None], None] = lambda _: None,
         on_result: Callable[[Result], None] = lambda _: None,
     ) -> None:
-        self.state = SafetyState.DISARMED
+        self.state, self.reason = SafetyState.DISARMED, 'started'
+        self.inactive = 'the controller has not been activated'  # '': it is active
         self.estop = HeartbeatInput('estop', settings.estop_timeout, safe=False)
         self.interlock = HeartbeatInput('interlock', settings.interlock_timeout, safe=True)
         self.joints = Heartbeat('joint_states', settings.joint_states_timeout)
@@ -128,9 +130,29 @@ class Controller:
         else:
             self.reason = 'started'
 
+    def restore(self, state: SafetyState, reason: str) -> None:
+        """Take a latched state from before this program started."""
+        before = 'before this start: '
+        self.state, self.reason = state, before + reason.removeprefix(before)
+
+    def activate(self) -> None:
+        """Allow motion from now on."""
+        self.inactive = ''
+
+    def deactivate(self, now: float, reason: str, ended: str) -> None:
+        """
+        Allow no motion from now on, for a reason; stop, and end the goal that is being executed.
+
+        `ended` is the reason of the state in which that ends.
+        """
+        was_active, self.inactive = not self.inactive, reason
+        if was_active:
+            self._event(SafetyEvent.DISARM, now, ended)
+
     def problems(self, now: float) -> dict[str, str]:
         """Return the problem of each input and device that a shot needs; '' if it has none."""
         return {
+            'node': self.inactive,
             'estop': self.estop.problem(now),
             'interlock': self.interlock.problem(now),
             'mechanism': self.mechanism_fault(now),
@@ -148,9 +170,9 @@ class Controller:
         """Elevation of the cue [rad] and its rate [rad/s]; None if they are not known."""
         if self.mechanism_fault(now):
             return None
-        geometry, length = self.mechanism.incline_geometry, float(self.position[INCLINE])
-        rate = float(self.velocity[INCLINE]) / geometry.length_per_elevation(length)
-        return geometry.elevation(length), rate
+        mechanism, length = self.mechanism, float(self.position[INCLINE])
+        rate = float(self.velocity[INCLINE]) / mechanism.length_per_elevation(length)
+        return mechanism.elevation(length), rate
 
     # --- inputs ---------------------------------------------------------------------------------
 
@@ -180,8 +202,9 @@ class Controller:
         if self.state in MOVING and (problem := self._implausible_joint()):
             self.fail(now, problem)
         elif self.state is SafetyState.FIRING and self._execution:
-            if strike := self._execution.detector.update(position, velocity):
-                self._tell_strike(strike)
+            detector = self._execution.detector
+            if detector.update(position, velocity):
+                self._tell_strike(detector.strike)
             self._watch_brake(now)
 
     def receive_clock(self, time: float, now: float) -> None:
@@ -214,7 +237,14 @@ class Controller:
 
     # --- requests -------------------------------------------------------------------------------
 
-    def execute(self, plan: ShotPlan, remaining: float, clock: Callable[[], float]) -> None:
+    def execute(
+        self,
+        plan: ShotPlan,
+        remaining: float,
+        clock: Callable[[], float],
+        *,
+        allow_miscue: bool = False,
+    ) -> None:
         """
         Begin to execute a plan; `on_result` is called when it ends.
 
@@ -226,6 +256,8 @@ class Controller:
         clock : callable
             Reads the steady clock [s]. It is called again before the motion begins, because the
             preparation of a shot takes long.
+        allow_miscue : bool
+            Whether a stroke may be played in which the tip slides on the ball.
 
         Raises
         ------
@@ -251,7 +283,7 @@ class Controller:
             raise RefusedError(GoalOutcome.TABLE_DIFFERS, problem)
         if problem := self.table.uncertain(plan.balls):
             raise RefusedError(GoalOutcome.TABLE_UNKNOWN, problem)
-        shot = prepare_shot(self.mechanism, self._scene, plan)
+        shot = prepare_shot(self.mechanism, self._scene, plan, allow_miscue=allow_miscue)
         expires, expiry = now + remaining, self.clock.time + remaining
         now = clock()
         self._notice_pause(now)
@@ -267,6 +299,8 @@ class Controller:
     def arm(self, shot_id: str, now: float) -> SafetyDecision:
         """Allow the aimed shot to be fired, if `shot_id` names it; it fires after settling."""
         self._notice_pause(now)
+        if self.inactive:  # the table would only say that no cue is aimed
+            return SafetyDecision(False, self.state, f'arm: {self.inactive}')
         if self._execution and shot_id != self.shot_id:
             wrong = f'arm: shot_id {must_be(repr(self.shot_id), shot_id)}'
             return SafetyDecision(False, self.state, wrong)
@@ -356,13 +390,15 @@ class Controller:
                     self._start(stroke.trajectory, now, stroke.home)
         elif self.state is SafetyState.FIRING:
             overdue = now - self._begin - execution.shot.stroke.stop
-            problem = execution.detector.problem
-            if overdue >= 0.0 and not problem and self.velocity[STROKE] <= 0.01:
+            has_met = execution.detector.has_met
+            if overdue >= 0.0 and has_met and self.velocity[STROKE] <= 0.01:
                 self._event(SafetyEvent.BRAKED, now, 'drawing back')
             elif overdue > self.settings.motion_timeout:
-                self.fail(now, f'stroke: {problem or "the cue has not stopped in time"}')
+                problem = 'stopped in time' if has_met else 'met the ball'
+                self.fail(now, f'stroke: the cue has not {problem}')
         elif self.state is SafetyState.RETRACTING:
-            self._reach(now, SafetyEvent.HOME, 'done', GoalOutcome.OK)
+            done = '; '.join(filter(None, ('done', execution.detector.missing)))
+            self._reach(now, SafetyEvent.HOME, done, GoalOutcome.OK)
 
     def _reach(
         self, now: float, event: SafetyEvent, reason: str, outcome: GoalOutcome | None = None
@@ -421,7 +457,8 @@ class Controller:
             execution, self._execution = self._execution, None
             if outcome is None:
                 outcome = GoalOutcome[self.state.name]
-            self._tell_result(Result(outcome, reason, execution.detector.strike))
+            detector = execution.detector
+            self._tell_result(Result(outcome, reason, detector.has_met, detector.strike))
         return decision
 
     def _start(self, trajectory: JointTrajectory, now: float, whole: float = 0.0) -> None:
@@ -438,6 +475,7 @@ class Controller:
     def _problems(self, now: float) -> dict[Condition, str]:
         """Why conditions do not hold; '' for those that do."""
         return {
+            Condition.ACTIVE: self.inactive,
             Condition.ESTOP_FRESH: self.estop.problem(now),
             Condition.INTERLOCK_FRESH: self.interlock.problem(now),
             Condition.MECHANISM_HEALTHY: self.mechanism_fault(now),

@@ -81,11 +81,12 @@ class Command:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Result:
-    """How a goal ended; `strike` is None if no strike was measured."""
+    """How a goal ended; `strike` is None if the cue met no ball, or if that was not measured."""
 
     outcome: GoalOutcome
     message: str
-    strike: MeasuredStrike | None
+    has_met: bool = False  # whether the cue met the ball
+    strike: MeasuredStrike | None = None
 
 
 @dataclass(slots=True, eq=False)

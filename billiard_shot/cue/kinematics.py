@@ -59,16 +59,15 @@ def inverse_kinematics(mechanism: Mechanism, contact: TipPose, stroke: float) ->
 
     """
     joints = np.empty(len(JOINTS))
-    _, up, along = np.array(axes(contact.elevation, contact.azimuth))
+    pose = pose_by_encoders(mechanism, contact)
+    _, up, along = np.array(axes(pose.elevation, pose.azimuth))
     joints[:AZIMUTH_JOINT] = (
-        contact.position - (mechanism.reach + stroke) * along + mechanism.axis_drop * up
+        pose.position - (mechanism.reach + stroke) * along + mechanism.axis_drop * up
     )
-    joints[AZIMUTH_JOINT] = math.remainder(contact.azimuth, 2 * math.pi)
-    joints[INCLINE] = mechanism.incline_geometry.length(contact.elevation)
+    joints[AZIMUTH_JOINT] = math.remainder(pose.azimuth, 2 * math.pi)
+    joints[INCLINE] = mechanism.incline_geometry.length(pose.elevation)
     joints[STROKE] = stroke
-    violations = check_range(
-        'elevation', contact.elevation, mechanism.min_elevation, mechanism.max_elevation, 'rad'
-    )
+    violations = check_range('elevation', contact.elevation, *mechanism.elevations, 'rad')
     for name, value, axis, unit in zip(JOINTS, joints, mechanism.axes, UNITS, strict=True):
         violations += check_range(name, float(value), axis.min, axis.max, unit)
     raise_violations(violations)
@@ -76,13 +75,18 @@ def inverse_kinematics(mechanism: Mechanism, contact: TipPose, stroke: float) ->
 
 
 def forward_kinematics(mechanism: Mechanism, joints: Sequence[float] | Array) -> TipPose:
-    """Find the pose of the tip for joints (6,)."""
+    """Find the pose of the tip for joints (6,), aligned as the mechanism says."""
     elevation = mechanism.incline_geometry.elevation(float(joints[INCLINE]))
     azimuth = float(joints[AZIMUTH_JOINT])
     _, up, along = np.array(axes(elevation, azimuth))
     pivot = np.array([joints[BASE_X], joints[BASE_Y], joints[BASE_Z]])
     position = pivot - mechanism.axis_drop * up + (mechanism.reach + joints[STROKE]) * along
-    return TipPose(position, azimuth, elevation)
+    return TipPose(*mechanism.alignment.on_table(position, azimuth, elevation))
+
+
+def pose_by_encoders(mechanism: Mechanism, tip: TipPose) -> TipPose:
+    """Find where the tip would be without the alignment, for the joints of a pose."""
+    return TipPose(*mechanism.alignment.by_encoders(tip.position, tip.azimuth, tip.elevation))
 
 
 def travel_pivot_height(mechanism: Mechanism, *heights: float) -> float:

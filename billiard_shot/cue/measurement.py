@@ -27,7 +27,7 @@ class StrikeDetector:
     Detects the strike in one stroke.
 
     `strike` is None until the cue has met the ball, and afterwards if nothing was measured just
-    before.
+    before; `missing` says that.
     """
 
     profile: StrokeProfile
@@ -37,33 +37,30 @@ class StrikeDetector:
     _joints: Array | None = None
 
     @property
-    def problem(self) -> str:
-        """Return why there is no strike; '' if there is one."""
-        if self.strike:
+    def missing(self) -> str:
+        """Return why a strike was not measured; '' if it was, or if there was none."""
+        if self.strike or not self.has_met:
             return ''
-        if not self.has_met:
-            return 'the cue has not met the ball'
         needed = AVERAGED_FRACTION * self.profile.mechanism.steady_time
         return (
             f'the strike was not measured: no joint_states in the last {1e3 * needed:.3g} ms '
             'before it'
         )
 
-    def update(self, position: Array, velocity: Array) -> MeasuredStrike | None:
-        """Take measured joints (6,); return the strike if the cue has just met the ball."""
+    def update(self, position: Array, velocity: Array) -> bool:
+        """Take measured joints (6,); return whether the cue has just met the ball."""
         if self.has_met:
-            return None
+            return False
         contact = self.profile.contact_at
         if position[STROKE] < contact:
             if position[STROKE] >= contact - AVERAGED_FRACTION * self.profile.steady_way:
                 self._speeds.append(float(velocity[STROKE]))
                 self._joints = position
-            return None
+            return False
         self.has_met = True
-        if self._joints is None:
-            return None
-        joints = self._joints.copy()
-        joints[STROKE] = contact
-        speed = float(np.mean(self._speeds))
-        self.strike = MeasuredStrike(forward_kinematics(self.profile.mechanism, joints), speed)
-        return self.strike
+        if self._joints is not None:
+            mechanism, joints = self.profile.mechanism, self._joints.copy()
+            joints[STROKE] = contact
+            speed = mechanism.alignment.speed(float(np.mean(self._speeds)))
+            self.strike = MeasuredStrike(forward_kinematics(mechanism, joints), speed)
+        return True

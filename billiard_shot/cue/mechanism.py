@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 import math
 from pathlib import Path
@@ -19,6 +19,7 @@ from billiard_shot.cue.parts import Parts, section_of
 from billiard_shot.scene.checks import check, read
 from billiard_shot.scene.errors import InputError, Mistake
 from billiard_shot.scene.fields import number, section
+from billiard_shot.scene.player import Robot
 from billiard_shot.scene.yaml_file import read_document
 
 JOINTS = ('base_x', 'base_y', 'base_z', 'azimuth', 'incline', 'stroke')
@@ -89,8 +90,13 @@ def _incline_within_its_triangle(mechanism: Any) -> Iterator[Mistake]:
 
 
 def min_travel_height(mechanism: Any) -> float:
-    """Least height of the pivot [m] at which the tip is at `travel_height` or above."""
-    return float(mechanism.travel_height + math.hypot(mechanism.reach, mechanism.axis_drop))
+    """
+    Least height of the pivot [m] at which the tip is at `travel_height` or above.
+
+    That holds with the alignment and, because the alignment may be wrong, also without.
+    """
+    drop = mechanism.axis_drop + max(-mechanism.alignment.tip_up, 0.0)
+    return float(mechanism.travel_height + math.hypot(mechanism.reach, drop))
 
 
 def _travels_above_the_balls(mechanism: Any) -> Iterator[Mistake]:
@@ -129,7 +135,8 @@ class Mechanism:
     steady_time : float
         Time at constant speed before the cue meets the ball [s], above 0.
     contact_time : float
-        Time for which the drive releases the cue, from the moment it meets the ball [s], above 0.
+        Time for which the drive releases the cue, from the moment it meets the ball [s], above 0;
+        or longer, if the tip is predicted to touch the ball for longer.
         Leather tips touch the ball for 1 to 2 ms (Alciatore, "Cue tip contact time",
         billiards.colostate.edu).
     travel_height : float
@@ -138,7 +145,8 @@ class Mechanism:
     parts : Parts
         Masses and sizes of the moving parts, for the robot model (URDF).
     alignment : Alignment
-        Where the tip is beside where the encoders say it is.
+        Where the tip is beside where the encoders say it is. Poses, elevations and speeds of the
+        cue are the aligned ones; joints are those of the encoders.
 
     """
 
@@ -190,6 +198,33 @@ class Mechanism:
         if mistakes:
             raise InputError(mistakes, f'mechanism {path}', lines) from None
         return mechanism
+
+    def elevation(self, length: float) -> float:
+        """Elevation of the cue [rad] for a length of the incline's actuator [m]."""
+        return self.alignment.elevation(self.incline_geometry.elevation(length))
+
+    def length_per_elevation(self, length: float) -> float:
+        """Rate of change of that length with the elevation [m/rad]."""
+        per_encoder = self.incline_geometry.length_per_elevation(length)
+        return per_encoder / self.alignment.elevation_scale
+
+    @property
+    def elevations(self) -> tuple[float, float]:
+        """Range of the cue's elevation in a stroke that the incline reaches [rad]."""
+        low, high = map(self.elevation, (self.incline.min, self.incline.max))
+        return max(self.min_elevation, low), min(self.max_elevation, high)
+
+    def within(self, robot: Robot) -> Robot:
+        """Narrow limits of strokes to those of the mechanism; ValueError if none is left."""
+        low, high = map(math.degrees, self.elevations)
+        slowest, fastest = map(self.alignment.speed, (self.min_speed, self.stroke.speed))
+        return replace(
+            robot,
+            speed_min=max(robot.speed_min, slowest),
+            speed_max=min(robot.speed_max, fastest),
+            elevation_min_deg=max(robot.elevation_min_deg, low),
+            elevation_max_deg=min(robot.elevation_max_deg, high),
+        )
 
     @cached_property
     def axes(self) -> tuple[Axis, ...]:

@@ -1,11 +1,12 @@
 """
 The mechanical cue as a chain of frames, from which its URDF and its transforms are made.
 
-Each frame is connected to the one before it by a joint: `table`, the bridge (`base_x`), the
-trolley (`base_y`), `base_link` at the pivot (`base_z`), the turntable (`azimuth`), the incline,
-and the cue (`stroke`). The tip is fixed to the cue, with +x along the stroke. The incline turns
-about its pivot by the elevation of the cue. The length of its actuator, the joint `incline`, is
-not part of the chain, because the actuator closes a kinematic loop. It moves a frame of its own,
+Each frame is connected to the one before it by a joint: `table`, `machine` (fixed, where the
+alignment has it), the bridge (`base_x`), the trolley (`base_y`), `base_link` at the pivot
+(`base_z`), the turntable (`azimuth`), the incline, and the cue (`stroke`). The tip is fixed to
+the cue, where the alignment has it, with +x along the stroke. The incline turns about its pivot by
+the elevation of the cue. The length of its actuator, the joint `incline`, is not part of the
+chain, because the actuator closes a kinematic loop. It moves a frame of its own,
 `incline_actuator`, which carries nothing.
 """
 
@@ -19,9 +20,13 @@ from billiard_shot.cue.mechanism import INCLINE, JOINTS, Mechanism, STROKE
 from billiard_shot.cue.parts import MovingPart
 from billiard_shot.records import Array, Triple
 from billiard_shot.scene.equipment import STANDARD_GRAVITY
+from billiard_shot.shot.stroke_vectors import axes
 
 FRAMES = ('bridge', 'trolley', 'base_link', 'turntable', 'incline', 'cue')
 """Frames that the joints of `JOINTS` move, in their order."""
+
+MACHINE = 'machine'
+"""Frame in which the joints are measured: that of the table, but for the alignment."""
 
 X_AXIS, Y_AXIS, Z_AXIS = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 JOINT_AXES = (X_AXIS, Y_AXIS, Z_AXIS, Z_AXIS, Y_AXIS, X_AXIS)
@@ -49,6 +54,7 @@ class Joint:
     centre: Triple = (0.0, 0.0, 0.0)  # of the part in the frame `child`, m
     has_shape: bool = True  # whether the part is to be seen
     origin: Triple = (0.0, 0.0, 0.0)  # of `child` in `parent` when the joint is at 0, m
+    yaw: float = 0.0  # of `child` in `parent` when the joint is at 0, rad; of fixed joints only
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -70,7 +76,9 @@ def joints_of(
     mechanism: Mechanism, frame: str = 'table', names: Sequence[str] = JOINTS
 ) -> tuple[Joint, ...]:
     """
-    Joints from the table to the cue, then the actuator of the incline, and the fixed tip.
+    List the fixed joint of the machine, those to the cue, the actuator's, and that of the tip.
+
+    The incline is where it is when the cue is level and drawn back, see `transforms`.
 
     Parameters
     ----------
@@ -82,10 +90,11 @@ def joints_of(
 
     """
     prefix = frame[: frame.rfind('/') + 1]
-    frames = (frame, *(prefix + name for name in FRAMES))
-    geometry, ends = mechanism.incline_geometry, (mechanism.incline.min, mechanism.incline.max)
+    frames = [prefix + name for name in (MACHINE, *FRAMES)]
+    alignment = mechanism.alignment
+    ends = (mechanism.incline.min, mechanism.incline.max)
     # The actuator turns the incline fastest at one end of its range, where its lever is shortest.
-    per_length = 1.0 / min(map(geometry.length_per_elevation, ends))
+    per_length = 1.0 / min(map(mechanism.length_per_elevation, ends))
     joints = []
     for i, (name, axis) in enumerate(zip(names, mechanism.axes, strict=True)):
         joint = Joint(
@@ -102,12 +111,14 @@ def joints_of(
             _centres(mechanism)[i],
         )
         joints.append(joint)
-    low, high = map(geometry.elevation, ends)
+    low, high = map(mechanism.elevation, ends)
     torque = _effort(mechanism, INCLINE, per_length * mechanism.incline.acceleration)
     actuator = joints[INCLINE]
     assert actuator.part
+    level = mechanism.incline_geometry.length(0.0)
     joints[INCLINE] = replace(
         actuator,
+        origin=_incline_shift(mechanism, level, 0.0),
         name=elevation_joint(names),
         min=low,
         max=high,
@@ -128,7 +139,9 @@ def joints_of(
     )
     offset = (mechanism.reach, 0.0, -mechanism.axis_drop)
     joints.append(Joint('tip', FIXED, joints[STROKE].child, f'{prefix}tip', origin=offset))
-    return tuple(joints)
+    place = (alignment.machine_x, alignment.machine_y, 0.0)
+    yaw = math.radians(alignment.machine_angle_deg)
+    return (Joint(MACHINE, FIXED, frame, frames[0], origin=place, yaw=yaw), *joints)
 
 
 def transforms(
@@ -136,6 +149,9 @@ def transforms(
 ) -> tuple[Transform, ...]:
     """
     Find the transforms of all frames, from the table to the tip.
+
+    The cue is at its aligned elevation. So that its tip is at the aligned place, too, the incline
+    is a little beside its pivot, depending on the elevation and the stroke.
 
     Parameters
     ----------
@@ -155,16 +171,28 @@ def transforms(
     for name, value in zip(JOINTS, values, strict=True):
         if not math.isfinite(value):
             raise ValueError(f'{name}: position {value} is not finite')
-    length = values[INCLINE]
-    values[INCLINE] = mechanism.incline_geometry.elevation(length)
+    length, shift = values[INCLINE], _incline_shift(mechanism, values[INCLINE], values[STROKE])
+    values[INCLINE] = mechanism.elevation(length)
     found = []
-    for joint, value in zip(joints, (*values, length, 0.0), strict=True):
-        axis = np.array(joint.axis)
-        angle, distance = (value, 0.0) if joint.kind == REVOLUTE else (0.0, value)
+    for joint, value in zip(joints, (0.0, *values, length, 0.0), strict=True):
+        axis = np.array(Z_AXIS if joint.kind == FIXED else joint.axis)
+        angle, distance = (value, 0.0) if joint.kind == REVOLUTE else (joint.yaw, value)
         x, y, z = (math.sin(0.5 * angle) * axis).tolist()
-        place, turn = distance * axis + joint.origin, (x, y, z, math.cos(0.5 * angle))
+        origin = shift if joint is joints[1 + INCLINE] else joint.origin
+        place, turn = distance * axis + origin, (x, y, z, math.cos(0.5 * angle))
         found.append(Transform(joint.parent, joint.child, place, turn))
     return tuple(found)
+
+
+def _incline_shift(mechanism: Mechanism, length: float, stroke: float) -> Triple:
+    """Place of the incline's frame in that of the turntable [m] for two joints [m]."""
+    alignment, reach = mechanism.alignment, mechanism.reach + stroke
+    encoder = mechanism.incline_geometry.elevation(length)
+    right, up, along = np.array(axes(mechanism.elevation(length), 0.0))
+    _, up_before, along_before = np.array(axes(encoder, 0.0))
+    moved = reach * (along_before - along) - mechanism.axis_drop * (up_before - up)
+    x, y, z = (moved + alignment.tip_right * right + alignment.tip_up * up).tolist()
+    return x, y, z
 
 
 def _centres(mechanism: Mechanism) -> tuple[Triple, ...]:

@@ -32,8 +32,9 @@ class GoalOutcome(IntEnum):
     SPEED_OUT_OF_LIMITS = 108
     ELEVATION_OUT_OF_LIMITS = 109
     OUT_OF_REACH = 110  # a joint would be out of its range
-    STROKE_OUT_OF_LIMITS = 111  # force, travel, or braking distance before the cloth
+    STROKE_OUT_OF_LIMITS = 111  # force, travel, cushions, or braking distance before the cloth
     TOUCHES_AGAIN = 112  # the cue would touch the ball a second time, or another ball
+    MISCUE = 113  # the tip would slide on the ball, and the goal does not allow that
 
     @property
     def refused(self) -> bool:

@@ -1,14 +1,22 @@
 """A planned shot, and the fully checked motion of the mechanism for it."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+import functools
+import itertools
 import math
 
 import numpy as np
 
-from billiard_shot.cue.alignment import Alignment
+from billiard_shot.cue.alignment import Alignment, EXACT
 from billiard_shot.cue.joint_trajectory import JointTrajectory, TrajectoryBuilder
-from billiard_shot.cue.kinematics import inverse_kinematics, TipPose, travel_pivot_height
-from billiard_shot.cue.limits import LimitError
+from billiard_shot.cue.kinematics import (
+    inverse_kinematics,
+    pose_by_encoders,
+    TipPose,
+    travel_pivot_height,
+)
+from billiard_shot.cue.limits import check_range, LimitError, LimitViolation, raise_violations
 from billiard_shot.cue.mechanism import BASE_Z, Mechanism, STROKE
 from billiard_shot.cue.outcome import GoalOutcome, RefusedError
 from billiard_shot.cue.profile import (
@@ -28,6 +36,7 @@ from billiard_shot.shot.shot import Shot
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.shot.stroke_vectors import axes
 from billiard_shot.status import Status
+from billiard_shot.table.clearance import clearance, surroundings_of
 
 ELEVATION_TOLERANCE = 1e-6  # rad, between a plan's elevation and that of its pose
 
@@ -40,6 +49,7 @@ _OUTCOMES = {
     'force': GoalOutcome.STROKE_OUT_OF_LIMITS,
     'travel': GoalOutcome.STROKE_OUT_OF_LIMITS,
     'cloth': GoalOutcome.STROKE_OUT_OF_LIMITS,
+    'cushion': GoalOutcome.STROKE_OUT_OF_LIMITS,
     'touch': GoalOutcome.TOUCHES_AGAIN,
 }
 
@@ -89,9 +99,13 @@ class PreparedShot:
     stroke: StrokeTrajectory
 
 
-def prepare_shot(mechanism: Mechanism, scene: Scene, plan: ShotPlan) -> PreparedShot:
+def prepare_shot(
+    mechanism: Mechanism, scene: Scene, plan: ShotPlan, *, allow_miscue: bool = False
+) -> PreparedShot:
     """
     Compute the motion of the mechanism that plays a plan.
+
+    Unless `allow_miscue`, a stroke is refused if the tip would slide on the ball.
 
     Raises
     ------
@@ -110,13 +124,17 @@ def prepare_shot(mechanism: Mechanism, scene: Scene, plan: ShotPlan) -> Prepared
         raise RefusedError(GoalOutcome.INVALID_PLAN, str(error)) from error
     if shot.status not in PLAYABLE:
         raise RefusedError(GoalOutcome.NOT_PREDICTED, f'{shot.status.name}: {shot.message}')
+    if shot.miscue and not allow_miscue:
+        raise RefusedError(
+            GoalOutcome.MISCUE, 'the tip would slide on the ball, and allow_miscue is false'
+        )
     contact = tip_at(stroke, plan.balls[CUE_BALL].position, scene)
-    alignment = mechanism.alignment
-    measured = TipPose(
-        *alignment.by_encoders(contact.position, contact.azimuth, contact.elevation)
-    )
-    speed = alignment.encoder_speed(stroke.speed)
+    bare = pose_by_encoders(mechanism, contact)
+    speed = mechanism.alignment.encoder_speed(stroke.speed)
     try:
+        if mechanism.alignment != EXACT:
+            _check_without_alignment(shot.scene, bare)
+        way = _clearance((contact, bare), scene.cue.ferrule_radius)
         profile = stroke_profile(
             mechanism,
             scene.cue.mass,
@@ -124,9 +142,10 @@ def prepare_shot(mechanism: Mechanism, scene: Scene, plan: ShotPlan) -> Prepared
             contact.elevation,
             speed,
             speed / stroke.speed * shot.cue_speed,
-            clearance=_clearance(contact, scene.cue.ferrule_radius),
+            shot.tip_time,
+            clearance=way / max(_lengths(mechanism)),
         )
-        aimed = inverse_kinematics(mechanism, measured, profile.contact_at)
+        aimed = inverse_kinematics(mechanism, contact, profile.contact_at)
     except LimitError as error:
         outcome = _OUTCOMES.get(error.violations[0].limit, GoalOutcome.OUT_OF_REACH)
         raise RefusedError(outcome, str(error)) from error
@@ -148,32 +167,41 @@ def tip_at(stroke: Stroke, ball: tuple[float, float], scene: Scene) -> TipPose:
 
 
 def stroke_on_table(
-    alignment: Alignment, stroke: Stroke, ball: tuple[float, float], scene: Scene
+    alignment: Alignment,
+    stroke: Stroke,
+    ball: tuple[float, float],
+    scene: Scene,
+    measured: Alignment = EXACT,
 ) -> Array:
     """
-    Find the stroke that the tip plays if the encoders say another one.
+    Find the stroke that the tip plays if it was measured with another alignment.
 
     Parameters
     ----------
     alignment : Alignment
+        That of the machine.
     stroke : Stroke
-        As the encoders say.
+        As it was measured.
     ball : (x, y)
         Where the cue ball lies [m].
     scene : Scene
+    measured : Alignment
+        That of the driver which measured the stroke.
 
     Returns
     -------
     (5,) float array
-        Arguments of `Stroke.from_offsets`; the azimuth is near that of the encoders.
+        Arguments of `Stroke.from_offsets`; the azimuth is near the measured one.
 
     """
     tip = tip_at(stroke, ball, scene)
-    position, azimuth, elevation = alignment.on_table(tip.position, tip.azimuth, tip.elevation)
+    position, azimuth, elevation = alignment.on_table(
+        *measured.by_encoders(tip.position, tip.azimuth, tip.elevation)
+    )
     right, up, _ = np.array(axes(elevation, azimuth))
     away = position - np.array([*ball, scene.ball.radius])
     away /= scene.ball.radius + scene.cue.tip_curvature_radius
-    speed = alignment.speed(stroke.speed)
+    speed = alignment.speed(measured.encoder_speed(stroke.speed))
     return np.array([away @ right, away @ up, elevation, azimuth, speed])
 
 
@@ -226,11 +254,35 @@ def _stroke_of(plan: ShotPlan, radius: float) -> Stroke:
     return stroke
 
 
-def _clearance(contact: TipPose, thickness: float) -> float:
+def _lengths(mechanism: Mechanism) -> set[float]:
+    """Lengths of the cue's way per length of its encoder: a wrong speed may be one of length."""
+    return {1.0, mechanism.alignment.speed_scale}
+
+
+def _clearance(poses: Sequence[TipPose], thickness: float) -> float:
     """Distance that the cue can move on until its lower edge touches the cloth [m]."""
-    height = float(contact.position[2]) - thickness * math.cos(contact.elevation)
-    sine = math.sin(contact.elevation)
-    return height / sine if sine > 0.0 else math.inf
+    ways = [math.inf]
+    for pose in poses:
+        height = float(pose.position[2]) - thickness * math.cos(pose.elevation)
+        if (sine := math.sin(pose.elevation)) > 0.0:
+            ways.append(height / sine)
+    return min(ways)
+
+
+def _check_without_alignment(scene: Scene, pose: TipPose) -> None:
+    """
+    Raise LimitError if the cue would pass through cloth or cushions without the alignment.
+
+    The alignment may be wrong. `predict` checks the pose with it.
+    """
+    height, ball = float(pose.position[2]), np.array(scene.cue_ball)
+    touching = (pose.position - ball) / scene.ball.radius
+    cushions = surroundings_of(scene)._replace(balls=np.zeros((0, 2)))
+    violations = check_range('cloth', height, 0.0, math.inf, 'm', 'the tip, by the encoders')
+    if clearance(cushions, touching, pose.along, ball) != Status.OK:
+        text = 'cushion: the cue would pass through a cushion, by the encoders'
+        violations.append(LimitViolation('cushion', text))
+    raise_violations(violations)
 
 
 def _check_touch(
@@ -241,19 +293,19 @@ def _check_touch(
     left_at = trajectory.at(stroke.leave)[0][STROKE]
     stops, gone = stroke.stop - stroke.leave, trajectory.duration - stroke.leave
 
-    def cue(time: float) -> tuple[float, float]:
+    def cue(length: float, time: float) -> tuple[float, float]:
         position, velocity, _ = trajectory.at(min(stroke.leave + time, stroke.home))
-        return float(position[STROKE] - left_at), float(velocity[STROKE])
+        return length * float(position[STROKE] - left_at), length * float(velocity[STROKE])
 
     shape = Shape(scene.ball.radius, scene.cue.tip_curvature_radius, scene.cue.ferrule_radius)
-    for name, ball in shot.run.balls.items():
+    for length, (name, ball) in itertools.product(_lengths(mechanism), shot.run.balls.items()):
         touch = first_touch(
             ball,
-            cue,
+            functools.partial(cue, length),
             contact.position,
             contact.along,
             shape,
-            mechanism.stroke.acceleration,
+            length * mechanism.stroke.acceleration,
             until=gone,
         )
         if touch == math.inf:

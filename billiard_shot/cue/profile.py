@@ -31,6 +31,7 @@ class StrokeProfile:
     mechanism: Mechanism
     speed: float
     speed_after: float  # as the ball leaves; negative if the cue recoils
+    contact_time: float  # s, for which the drive releases the cue
     acceleration: float  # m/s^2, before the contact
     deceleration: float  # m/s^2, of the brake
 
@@ -48,7 +49,7 @@ class StrokeProfile:
     def leave_at(self) -> float:
         """Position at which the ball leaves the cue."""
         mean = 0.5 * (self.speed + self.speed_after)
-        return self.contact_at + mean * self.mechanism.contact_time
+        return self.contact_at + mean * self.contact_time
 
     @property
     def stop_at(self) -> float:
@@ -58,7 +59,7 @@ class StrokeProfile:
     @property
     def worst_case_stop(self) -> float:
         """Position at which the cue stops if there is no ball to slow it down."""
-        through = self.contact_at + self.speed * self.mechanism.contact_time
+        through = self.contact_at + self.speed * self.contact_time
         return max(through + self._way(self.speed, 0.0, self.deceleration), self.stop_at)
 
     def _way(self, before: float, after: float, acceleration: float) -> float:
@@ -73,6 +74,7 @@ def stroke_profile(
     elevation: float,
     speed: float,
     speed_after: float,
+    touch_time: float,
     clearance: float,
 ) -> StrokeProfile:
     """
@@ -90,6 +92,9 @@ def stroke_profile(
     speed, speed_after : float
         Speeds of the cue as it meets the ball and as the ball leaves [m/s]; the latter is negative
         if the cue recoils.
+    touch_time : float
+        For how long the tip will touch the ball [s]; the drive releases the cue for that long, or
+        for the mechanism's `contact_time` if that is longer.
     clearance : float
         Distance that the cue can move after meeting the ball before it touches the cloth [m].
 
@@ -111,7 +116,10 @@ def stroke_profile(
     acceleration = min(drive.acceleration, (mechanism.max_force + weight) / mass)
     if abs(speed_after) <= MIN_BRAKED_SPEED:
         speed_after = 0.0
-    profile = StrokeProfile(mechanism, speed, speed_after, acceleration, deceleration)
+    contact_time = max(mechanism.contact_time, touch_time)
+    profile = StrokeProfile(
+        mechanism, speed, speed_after, contact_time, acceleration, deceleration
+    )
     why = (
         f'braking from {speed:.3g} m/s at {deceleration:.3g} m/s^2, limited by '
         f'{"stroke.acceleration" if deceleration == drive.acceleration else "max_force"}'
@@ -166,7 +174,7 @@ def stroke_trajectory(profile: StrokeProfile, start: Array, raised: float) -> St
     builder.piece(mechanism.steady_time, 0.0 * stroke)
     contact = builder.time
     change = profile.speed_after - profile.speed
-    builder.ramp(change * stroke, 0.5 * mechanism.contact_time, 0.0)
+    builder.ramp(change * stroke, 0.5 * profile.contact_time, 0.0)
     leave = builder.time
     if profile.speed_after != 0.0:
         brake = ramp_times(profile.speed_after, profile.deceleration, jerk)

@@ -64,6 +64,7 @@ class SafetyEvent(StrEnum):
 class Condition(StrEnum):
     """Condition that a transition may need."""
 
+    ACTIVE = 'the node is active'
     ESTOP_FRESH = 'estop is fresh, and not pressed'
     INTERLOCK_FRESH = 'interlock is fresh, and safe'
     GOAL_VALID = 'neither goal nor arming has expired, and every ball is known to lie at its place'
@@ -74,6 +75,7 @@ class Condition(StrEnum):
 
 SAFE = frozenset(
     {
+        Condition.ACTIVE,
         Condition.ESTOP_FRESH,
         Condition.INTERLOCK_FRESH,
         Condition.MECHANISM_HEALTHY,
@@ -107,7 +109,7 @@ TRANSITIONS: dict[tuple[SafetyState, SafetyEvent], tuple[SafetyState, frozenset[
     # ESTOP is the stronger latch: a failure does not replace it.
     **{(state, _E.ESTOP): (_S.ESTOP, _NONE) for state in _ALL},
     **{(state, _E.FAIL): (_S.FAULT, _NONE) for state in _ALL if state is not _S.ESTOP},
-    (_S.ESTOP, _E.CLEAR): (_S.DISARMED, frozenset({Condition.ESTOP_FRESH})),
+    (_S.ESTOP, _E.CLEAR): (_S.DISARMED, SAFE & {Condition.ACTIVE, Condition.ESTOP_FRESH}),
     (_S.FAULT, _E.CLEAR): (_S.DISARMED, SAFE - {Condition.INTERLOCK_FRESH}),
 }
 """From state and event to the next state, and the conditions that must hold."""

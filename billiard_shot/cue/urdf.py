@@ -38,7 +38,7 @@ def urdf_of(
 
 def _add_joint(robot: ET.Element, joint: Joint) -> None:
     element = ET.SubElement(robot, 'joint', name=joint.name, type=joint.kind)
-    ET.SubElement(element, 'origin', xyz=_text(joint.origin))
+    ET.SubElement(element, 'origin', xyz=_text(joint.origin), rpy=_text((0.0, 0.0, joint.yaw)))
     ET.SubElement(element, 'parent', link=joint.parent)
     ET.SubElement(element, 'child', link=joint.child)
     if joint.kind != FIXED:

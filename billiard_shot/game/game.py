@@ -54,6 +54,8 @@ class Game:
         Points that win; 0 if the game has no points.
     pockets : bool
         False for a game on a table without pockets.
+    decisive : str
+        Ball that stays on the table until the rack is decided; '' for none.
 
     """
 
@@ -70,6 +72,7 @@ class Game:
     players: int = 2
     goal: int = 0
     pockets: bool = True
+    decisive: str = ''
 
 
 def game_names() -> list[str]:

@@ -142,7 +142,7 @@ class RobotClient(Node):
                 self.problems = [
                     printable(f'{each.key}: {each.value}')
                     for each in status.values
-                    if each.key != 'shot_id' and each.value != 'ok'
+                    if each.key not in ('shot_id', 'alignment') and each.value != 'ok'
                 ]
 
     # --- waiting --------------------------------------------------------------------------------
@@ -319,13 +319,15 @@ class RobotClient(Node):
         Send a goal, and return its status and result when it has ended.
 
         While the cue is aimed, `may_fire` is called again and again; once it is true, the shot is
-        armed. `on_aimed` is called once before that. If this call is interrupted, for example by
-        Ctrl+C, the goal is cancelled. If the client is canceled, it raises CanceledError, unless
-        the cue has struck. If the driver has ended or does not answer, it raises NotReadyError.
+        armed. `on_aimed` is called once before that. If arming is refused, or this call is
+        interrupted, for example by Ctrl+C, the goal is cancelled; the message of the result has
+        the refusal. If the client is canceled, it raises CanceledError, unless the cue has struck.
+        If the driver has ended or does not answer, it raises NotReadyError.
         """
         now = 1e-9 * self.get_clock().now().nanoseconds
         left = conversions.seconds(goal.expiry) - now + 60.0
         canceled: CanceledError | None = None
+        refusal = ''  # of arming
 
         def waits(ready: Callable[[], object]) -> bool:
             return self.until(lambda: answer() or ready(), left) and not answer()
@@ -336,7 +338,8 @@ class RobotClient(Node):
                     on_aimed()
                     if waits(may_fire):
                         armed = self.arm(goal.plan.shot_id)
-                        waits(lambda: armed.done() and not result_of(armed).success)
+                        if waits(lambda: armed.done() and not result_of(armed).success):
+                            refusal = f'; not armed: {result_of(armed).message}'
             except CanceledError as error:
                 canceled = error
         ended = answer()
@@ -344,6 +347,7 @@ class RobotClient(Node):
             raise canceled
         if not ended:
             raise NotReadyError('action execute_shot does not end')
+        ended.result.message += refusal
         return ended
 
     def arm(self, shot_id: str) -> 'Future[Any]':

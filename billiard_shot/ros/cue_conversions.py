@@ -81,21 +81,20 @@ def shot_plan_of(message: Plan, frame: str) -> ShotPlan:
 def execution_result(result: Result, strike: Strike) -> ExecuteShot.Result:
     """Message of the result of a goal; `strike` is the message of its strike, if it has one."""
     message = ExecuteShot.Result(outcome=int(result.outcome), message=result.message)
+    if result.has_met:
+        message.struck, message.strike = True, strike
     if result.strike:
-        message.struck = True
-        message.strike = strike
-        message.elevation = result.strike.tip.elevation
+        message.measured, message.elevation = True, result.strike.tip.elevation
     return message
 
 
-def strike_message(shot_id: str, strike: MeasuredStrike, header: Header) -> Strike:
-    """Message of the measured strike of a shot."""
-    return Strike(
-        header=header,
-        shot_id=shot_id,
-        speed=strike.speed,
-        cue_pose=pose_of(strike.tip.position, strike.tip.quaternion),
-    )
+def strike_message(shot_id: str, strike: MeasuredStrike | None, header: Header) -> Strike:
+    """Message of the strike of a shot; without pose and speed if it was not measured."""
+    message = Strike(header=header, shot_id=shot_id)
+    if strike:
+        message.speed = strike.speed
+        message.cue_pose = pose_of(strike.tip.position, strike.tip.quaternion)
+    return message
 
 
 def measured_stroke(strike: Strike, ball: tuple[float, float, float]) -> Stroke:
@@ -123,14 +122,15 @@ def diagnostics_message(
     else:
         level = DiagnosticStatus.OK
     values = {key: problem or 'ok' for key, problem in problems.items()}
+    alignment = str(controller.mechanism.alignment)
+    information = {'shot_id': controller.shot_id, 'alignment': alignment}
     status = DiagnosticStatus(
         level=level,
         name=name,
         hardware_id=f'{name.rpartition("/")[0]}/mechanical_cue',
         message='; '.join([f'{controller.state.name}: {controller.reason}', *wrong]),
         values=[
-            KeyValue(key=key, value=value)
-            for key, value in {'shot_id': controller.shot_id, **values}.items()
+            KeyValue(key=key, value=value) for key, value in {**information, **values}.items()
         ],
     )
     return DiagnosticArray(header=Header(stamp=stamp), status=[status])

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 import traceback
 from typing import Any, ClassVar
 
@@ -9,7 +10,7 @@ from billiard_shot_msgs.action import ExecuteShot
 from billiard_shot_msgs.msg import CueState, Plan, Strike, TableState
 from billiard_shot_msgs.srv import Arm
 from diagnostic_msgs.msg import DiagnosticArray
-from rclpy.action import ActionServer, CancelResponse, GoalResponse
+from rclpy.action import ActionServer, CancelResponse
 from rclpy.exceptions import InvalidParameterValueException
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.task import Future
@@ -25,7 +26,8 @@ from billiard_shot.cue.measurement import MeasuredStrike
 from billiard_shot.cue.mechanism import INCLINE, Mechanism
 from billiard_shot.cue.model import elevation_joint
 from billiard_shot.cue.outcome import GoalOutcome, RefusedError
-from billiard_shot.cue.safety import BEFORE_STROKE, MOVING, SafetyDecision
+from billiard_shot.cue.safety import BEFORE_STROKE, LATCHED_STATES, MOVING, SafetyDecision
+from billiard_shot.cue.state_file import read_latched, write_latched
 from billiard_shot.ros import cue_conversions as conversions
 from billiard_shot.ros import parameters
 from billiard_shot.ros.command_topic import CommandTopic
@@ -66,6 +68,7 @@ UNCONFIGURED = (
     'the node is not active: configure it, then activate it, or start it with autostart:=true'
 )
 NOT_ACTIVE = 'the node is not active: activate it'
+ENDED = 'the node has been shut down'
 
 DRIVER_REST_PERIOD = 0.1
 """Time between two ticks while nothing moves [s]."""
@@ -93,6 +96,11 @@ class CueDriverParameters(OfTable, OfGuidedScene, OfMechanism, OfUrgent):
         Action of the controller, if `interface` is `follow_joint_trajectory`.
     period : float
         Time between two commands [s].
+    alignment_limit : float
+        Largest alignment of the mechanism, relative to 5 cm, 3 degrees, 10 % and 0.1 m/s.
+    state_file : str
+        Path of the file that keeps ESTOP and FAULT until they are cleared, also if the driver
+        starts again. If it is empty, they are forgotten at the end of the driver.
 
     """
 
@@ -101,6 +109,8 @@ class CueDriverParameters(OfTable, OfGuidedScene, OfMechanism, OfUrgent):
     interface: str = choice('topic', 'follow_joint_trajectory', default='topic')
     controller: str = checked('joint_trajectory_controller/follow_joint_trajectory', check_topic)
     period: float = number('s', minimum=0.001, maximum=0.1, default=0.02)
+    alignment_limit: float = number('', minimum=0.0, maximum=10.0, default=1.0)
+    state_file: str = ''
 
 
 class CueDriver(LifecycleNode):
@@ -126,21 +136,22 @@ class CueDriver(LifecycleNode):
     be repeated by every publisher: silence stops the cue, and so do messages that were written too
     long ago. Another node that publishes commands is a fault.
 
-    All of them exist while the node is configured, `/diagnostics` and the action always. Goals are
-    rejected while the node is not active. Its parameters are `CueDriverParameters` and `Settings`.
-    They can be set while the node is unconfigured.
+    All of them exist while the node is configured, `/diagnostics` and the action always. Goals
+    and requests are refused while the node is not active. It does not become active while another
+    node has its name. Its parameters are `CueDriverParameters` and `Settings`. They can be set
+    while the node is unconfigured.
     """
 
     def __init__(self) -> None:
         super().__init__('cue_driver')
-        self._inactive = UNCONFIGURED
+        self._commands: CommandTopic | ControllerClient | None = None  # None: unconfigured
         parameters.declare(
             self,
             CueDriverParameters,
             Settings,
             fixed=lambda: (
                 ''
-                if self._inactive is UNCONFIGURED
+                if self._commands is None
                 else 'can be set only while the node is unconfigured; deactivate it and clean it '
                 'up first'
             ),
@@ -148,18 +159,19 @@ class CueDriver(LifecycleNode):
         self._own = parameters.read(CueDriverParameters, self)
         set_niceness(self, self._own.niceness)
         self._decided = 0  # ROS time of the last decision [ns]
-        self._goal: GoalHandle | None = None
-        self._ended: Future[Result] | None = None
+        self._goal: GoalHandle | None = None  # that is being executed
+        self._ended: dict[bytes, Future[Result]] = {}  # by ids of goals without an answer
         self._last_strike = Strike()
-        self._commands: CommandTopic | ControllerClient | None = None
+        self._rivals = ''  # why no motion can be commanded: another node has this name
+        self._starts = False  # whether the node still has to activate itself
         self._destroy: list[Callable[[], object]] = []  # what cleanup undoes
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
         ActionServer(  # it still has to answer if the node is cleaned up just after a goal
             self,
             ExecuteShot,
             'execute_shot',
-            self._execute,
-            goal_callback=self._may_accept,
+            self._end,
+            handle_accepted_callback=self._begin,
             cancel_callback=self._cancel,
         )
         try:
@@ -173,11 +185,12 @@ class CueDriver(LifecycleNode):
             on_strike=self._tell_strike,
             on_result=self._finish,
         )
+        self._controller.deactivate(steady_time(), UNCONFIGURED, 'started')
         started = self.get_clock().now().nanoseconds
         self._controller.receive_clock(1e-9 * started, steady_time())
         steady_timer(self, 1.0, self._look_after)
-        if self._own.autostart and self.trigger_configure() is SUCCESS:
-            self.trigger_activate()
+        self._starts = self._own.autostart and self.trigger_configure() is SUCCESS
+        self._start()
 
     # --- lifecycle ------------------------------------------------------------------------------
 
@@ -195,18 +208,24 @@ class CueDriver(LifecycleNode):
                 f'settle_time must be below arm_timeout, {settings.arm_timeout:g}, or the cue '
                 f'would disarm before it fires, got {settings.settle_time:g} (s)'
             )
-        return Mechanism.load(self._own.mechanism), guided_scene(self._own.scene), settings
+        mechanism = Mechanism.load(self._own.mechanism)
+        mechanism.alignment.check_plausible(self._own.alignment_limit)
+        return mechanism, guided_scene(self._own.scene), settings
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Start over with the current parameters; a latched state stays."""
         try:
             mechanism, scene, settings = self._load()
+            latched = read_latched(Path(self._own.state_file)) if self._own.state_file else None
             self._make_interfaces(mechanism)
         except (ValueError, OSError) as error:
             self.get_logger().error(f'configure failed: {error}')
             return TransitionCallbackReturn.FAILURE
+        if latched and self._controller.state not in LATCHED_STATES:
+            self._controller.restore(*latched)
         self._controller.configure(mechanism, scene, settings)
-        self._inactive = NOT_ACTIVE
+        self._controller.deactivate(steady_time(), NOT_ACTIVE, 'configured')
+        self.get_logger().info(f'alignment: {mechanism.alignment}')
         self._tell_state()
         return super().on_configure(state)
 
@@ -251,30 +270,34 @@ class CueDriver(LifecycleNode):
 
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Withdraw all interfaces, and allow parameters to be set."""
-        self._commands = None
+        self._controller.deactivate(steady_time(), UNCONFIGURED, 'cleaned up')
+        self._commands, self._starts = None, False
         for destroy in self._destroy:
             destroy()
-        self._inactive = UNCONFIGURED
         return super().on_cleanup(state)
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Accept goals from now on."""
+        """Accept goals from now on, unless another node has the name of this one."""
+        if rival := self._rival():
+            words = f'activate failed: {rival}'
+            self.get_logger().error(words, throttle_duration_sec=REMINDER_PERIOD)
+            return TransitionCallbackReturn.FAILURE
         result = super().on_activate(state)
         if result is SUCCESS:
-            self._inactive = ''
+            self._controller.activate()
+            self._starts = False
             self.get_logger().info(f'ready: action {self.resolve_topic_name("execute_shot")}')
         return result
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Disarm, which stops the mechanism, and accept no more goals."""
-        self._controller.disarm(steady_time(), 'deactivated')
-        self._inactive = NOT_ACTIVE
+        self._controller.deactivate(steady_time(), NOT_ACTIVE, 'deactivated')
         return super().on_deactivate(state)
 
     def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Disarm first, in every state."""
-        if not self._inactive:
-            self.on_deactivate(state)
+        self._controller.deactivate(steady_time(), ENDED, 'shut down')
+        self._starts = False
         return super().on_shutdown(state)
 
     def survive(self, error: Exception) -> None:
@@ -291,7 +314,7 @@ class CueDriver(LifecycleNode):
         deadlock with an announcement (Fast DDS 3.2).
         """
         if self._commands:
-            self._controller.disarm(steady_time(), 'the driver ends')
+            self._controller.deactivate(steady_time(), ENDED, 'the driver ends')
             self._commands.flush()
             self._commands.close()
 
@@ -335,46 +358,44 @@ class CueDriver(LifecycleNode):
     # --- requests -------------------------------------------------------------------------------
 
     def _arm(self, request: Arm.Request) -> SafetyDecision:
-        return self._refused('arm') or self._controller.arm(request.shot_id, steady_time())
+        return self._controller.arm(request.shot_id, steady_time())
 
     def _disarm(self, _: Trigger.Request) -> SafetyDecision:
         return self._controller.disarm(steady_time(), 'disarmed by service')
 
     def _clear(self, _: Trigger.Request) -> SafetyDecision:
         self._count_publishers()
-        return self._refused('clear') or self._controller.clear(steady_time())
+        return self._controller.clear(steady_time())
 
-    def _refused(self, name: str) -> SafetyDecision | None:
-        """Return the refusal of a request if the node is not active; None if it is active."""
-        if not self._inactive:
-            return None
-        return SafetyDecision(False, self._controller.state, f'{name}: {self._inactive}')
-
-    def _may_accept(self, _: ExecuteShot.Goal) -> GoalResponse:
-        if not self._inactive:
-            return GoalResponse.ACCEPT
-        self.get_logger().warning(f'rejected a goal: {self._inactive}')
-        return GoalResponse.REJECT
-
-    async def _execute(self, goal: GoalHandle) -> ExecuteShot.Result:
+    def _begin(self, goal: GoalHandle) -> None:
+        """Begin an accepted goal, before anything else happens; a task that waits ends it."""
         now = self.get_clock().now()
         self._decided = now.nanoseconds
+        ended = self._ended[_id_of(goal)] = Future(executor=self.executor)
         # The last tick may be so long ago that a new plan would seem to be ahead of the clock.
         self._controller.receive_clock(1e-9 * self._decided, steady_time())
         try:
             remaining = seconds(goal.request.expiry) - seconds(now.to_msg())
             plan = conversions.shot_plan_of(goal.request.plan, self._own.frame)
-            self._controller.execute(plan, remaining, steady_time)
+            self._controller.execute(
+                plan, remaining, steady_time, allow_miscue=goal.request.allow_miscue
+            )
         except RefusedError as error:
             self.get_logger().warning(f'refused: {error.outcome.name}: {error}')
-            return _aborted(goal, error.outcome, str(error))
+            ended.set_result(Result(error.outcome, str(error)))
         except Exception as error:  # rclpy would end the goal with the outcome of success
             self.survive(error)
-            return _aborted(goal, GoalOutcome.FAULT, self._controller.reason)
-        self._plan.publish(goal.request.plan)
-        self._goal, self._ended = goal, Future(executor=self.executor)
-        goal.publish_feedback(ExecuteShot.Feedback(state=self._state_message()))
-        result = await self._ended
+            ended.set_result(Result(GoalOutcome.FAULT, self._controller.reason))
+        else:
+            self._goal = goal
+            self._plan.publish(goal.request.plan)
+            goal.publish_feedback(ExecuteShot.Feedback(state=self._state_message()))
+        goal.execute()
+
+    async def _end(self, goal: GoalHandle) -> ExecuteShot.Result:
+        """Wait until a goal has ended, and answer it."""
+        result = await self._ended[_id_of(goal)]
+        del self._ended[_id_of(goal)]
         assert result is not None
         if result.outcome is GoalOutcome.OK:
             goal.succeed()
@@ -406,15 +427,14 @@ class CueDriver(LifecycleNode):
         controller, commands = self._controller, self._commands
         controller.receive_clock(1e-9 * self._decided, now)
         controller.receive_commands(
-            commands.problem, commands.failure, commands.awaits_answer, now
+            commands.problem or self._rivals, commands.failure, commands.awaits_answer, now
         )
         controller.tick(now)
-        if controller.command and not self._inactive:
+        if controller.command:
             commands.repeat(self._decided, controller.position, controller.velocity)
             if trajectory := controller.command.trajectory:
                 length = float(trajectory.positions[-1, INCLINE])
-                angle = controller.mechanism.incline_geometry.elevation(length)
-                self._incline.publish(Float64(data=angle))
+                self._incline.publish(Float64(data=controller.mechanism.elevation(length)))
         if elevation := controller.measured_elevation(now):
             joint = JointState(name=[elevation_joint(self._own.joint_names)])
             joint.header.stamp = self.get_clock().now().to_msg()
@@ -429,13 +449,26 @@ class CueDriver(LifecycleNode):
 
     def _look_after(self) -> None:
         """Do the work of every second."""
+        self._start()
         if self._commands:
             self._count_publishers()
         self._publish_diagnostics()
 
+    def _start(self) -> None:
+        """Activate the node if it is to start by itself, and did not yet because of a rival."""
+        if self._starts:
+            self.trigger_activate()
+
     def _count_publishers(self) -> None:
         for each in (self._controller.estop, self._controller.interlock):
             each.keep(publishers_of(self, self.resolve_topic_name(each.name)), steady_time())
+        self._rivals = self._rival()
+
+    def _rival(self) -> str:
+        """Return which other node has the name of this one; '' if none has."""
+        own = self.get_name(), self.get_namespace()
+        others = self.get_node_names_and_namespaces().count(own) - 1
+        return f'another node is named {self.get_fully_qualified_name()}' if others > 0 else ''
 
     # --- outputs --------------------------------------------------------------------------------
 
@@ -446,6 +479,12 @@ class CueDriver(LifecycleNode):
             )
 
     def _tell_state(self) -> None:
+        try:
+            if self._own.state_file:  # the stop has been commanded
+                path, controller = Path(self._own.state_file), self._controller
+                write_latched(path, controller.state, controller.reason)
+        except OSError as error:
+            self.get_logger().error(f'state_file: the next start will not know the state: {error}')
         if not self._commands:
             return
         self._timer.timer_period_ns = round(1e9 * self._period)
@@ -456,16 +495,17 @@ class CueDriver(LifecycleNode):
         if self._goal:
             self._goal.publish_feedback(ExecuteShot.Feedback(state=message))
 
-    def _tell_strike(self, strike: MeasuredStrike) -> None:
+    def _tell_strike(self, strike: MeasuredStrike | None) -> None:
         self._last_strike = conversions.strike_message(
             self._controller.shot_id, strike, parameters.table_header(self)
         )
-        self._strike.publish(self._last_strike)
+        if strike:
+            self._strike.publish(self._last_strike)
 
     def _finish(self, result: Result) -> None:
+        if self._goal:
+            self._ended[_id_of(self._goal)].set_result(result)
         self._goal = None
-        if self._ended:
-            self._ended.set_result(result)
 
     def _state_message(self) -> CueState:
         return CueState(
@@ -477,7 +517,7 @@ class CueDriver(LifecycleNode):
 
     def _publish_diagnostics(self) -> None:
         now, stamp = steady_time(), self.get_clock().now().to_msg()
-        problems = {'node': self._inactive, **self._controller.problems(now)}
+        problems = self._controller.problems(now)
         name = self.get_fully_qualified_name()
         self._diagnostics.publish(
             conversions.diagnostics_message(name, self._controller, problems, stamp)
@@ -486,10 +526,8 @@ class CueDriver(LifecycleNode):
             self.get_logger().warning(f'not ready: {wrong}', throttle_duration_sec=REMINDER_PERIOD)
 
 
-def _aborted(goal: GoalHandle, outcome: GoalOutcome, reason: str) -> ExecuteShot.Result:
-    """End a goal that has not begun; return its result."""
-    goal.abort()
-    return conversions.execution_result(Result(outcome, reason, None), Strike())
+def _id_of(goal: GoalHandle) -> bytes:
+    return bytes(goal.goal_id.uuid)
 
 
 def _answering(act: Callable[[Any], SafetyDecision]) -> Callable[[Any, Any], Any]:

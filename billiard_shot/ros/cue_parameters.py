@@ -1,7 +1,7 @@
 """Parameters that several nodes around the mechanical cue have, and their checks."""
 
 # ruff: noqa: RUF009 (the calls in class bodies make fields, as dataclasses.field does)
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import re
 
 from billiard_shot.cue.mechanism import JOINTS, Mechanism
@@ -30,6 +30,11 @@ def guided_scene(name_or_path: str) -> Scene:
             f'{name_or_path!r}'
         )
     return scene
+
+
+def within_mechanism(scene: Scene, path: str) -> Scene:
+    """Narrow the limits of a scene's robot to those of a mechanism; '' is none."""
+    return replace(scene, robot=Mechanism.load(path).within(scene.robot)) if path else scene
 
 
 def check_topic(name: str) -> None:
@@ -66,21 +71,33 @@ class OfGuidedScene:
 
 
 @dataclass(frozen=True)
-class OfMechanism:
+class OfMechanismFile:
     """
-    Parameters of the nodes that know the mechanism.
+    Parameter of the nodes that know the mechanism.
 
     Parameters
     ----------
     mechanism : str
         Path of a YAML file with the mechanism. If it is empty, the default mechanism is used.
+
+    """
+
+    mechanism: str = checked('', Mechanism.load)
+
+
+@dataclass(frozen=True)
+class OfMechanism(OfMechanismFile):
+    """
+    Parameters of the nodes that know the mechanism and its joints.
+
+    Parameters
+    ----------
     joint_names : list of str
         Names of the joints in messages, in the order base_x, base_y, base_z, azimuth, incline,
         stroke.
 
     """
 
-    mechanism: str = checked('', Mechanism.load)
     joint_names: list[str] = checked(list(JOINTS), _check_joints)
 
 

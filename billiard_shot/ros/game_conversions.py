@@ -8,6 +8,7 @@ from billiard_shot_msgs.msg import BallState, GameState
 from geometry_msgs.msg import Point
 import numpy as np
 
+from billiard_shot.game.game import find_game
 from billiard_shot.game.state import State
 from billiard_shot.ros.conversions import filled, sightings_of
 from billiard_shot.scene import Scene
@@ -37,6 +38,11 @@ def state_of(message: GameState, balls: Mapping[str, tuple[float, float]], scene
     }
     if not (CUE_BALL in values['balls'] or message.in_hand or message.choices or message.over):
         raise refused(sorted(balls), f'with {CUE_BALL!r}, which is not in hand', 'balls')
+    if message.winner != NOBODY and not message.over:
+        raise refused(message.winner, f'{NOBODY} while the rack is not over', 'winner')
+    decisive = find_game(message.game).decisive
+    if not (message.over or message.choices or decisive in ('', *balls)):
+        raise refused(sorted(balls), f'with {decisive!r} while the rack is not over', 'balls')
     values['length'], values['width'] = scene.table.length, scene.table.width
     values['radius'] = scene.ball.radius
     return State(**values)

@@ -74,6 +74,10 @@ class GameTable:
         seen = self.client.wait_for_rest()
         if moves := _moves(seen, state.balls):
             what = ', '.join(moves)
+            if unseen := [name for name in state.balls if name not in seen]:
+                what += f'; never seen so far: {", ".join(unseen)}'
+                if self._forget.service_is_ready():
+                    what += ' (are they in class_names of table_tracker?)'
             tell(f'put the balls in their places: {what}', state.balls)
             if self._place.service_is_ready():
                 request = PlaceBalls.Request(balls=balls_message(state.balls))

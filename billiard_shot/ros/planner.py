@@ -19,6 +19,7 @@ from visualization_msgs.msg import MarkerArray
 from billiard_shot import plan, PlanResult, Scene, Status
 from billiard_shot.planning.runner import Progress
 from billiard_shot.ros import display, parameters, plan_conversions
+from billiard_shot.ros.cue_parameters import OfMechanismFile, within_mechanism
 from billiard_shot.ros.node_runner import BURST, GoalHandle, in_thread, LATCHED, spin_node
 from billiard_shot.ros.parameters import checked, OfTable, SHOWN_SAMPLES
 from billiard_shot.ros.plan_conversions import PlanRequest, target_in
@@ -29,7 +30,7 @@ FEEDBACK_PERIOD = 0.1  # s between two feedback messages, or more
 
 
 @dataclass(frozen=True)
-class PlannerParameters(OfTable):
+class PlannerParameters(OfTable, OfMechanismFile):
     """
     Parameters of the node.
 
@@ -38,6 +39,9 @@ class PlannerParameters(OfTable):
     scene : str
         Table, balls until table_state has been received, robot and noise: name of a bundled
         scene, or path of a YAML file.
+    mechanism : str
+        Path of a YAML file with the mechanism, whose limits hold beside those of the robot. If it
+        is empty, only those of the robot hold.
     target : str
         Target of the stroke, if the goal does not give one: a YAML mapping, see
         docs/planning.md.
@@ -112,7 +116,7 @@ class Planner(Node):
     def _configure(self) -> None:
         """Apply the parameters, which have been checked."""
         own = parameters.read(PlannerParameters, self)
-        scene, usual = Scene.load(own.scene), asdict(Robot())
+        scene, usual = within_mechanism(Scene.load(own.scene), own.mechanism), asdict(Robot())
         limits = {name: self.get_parameter(name).value for name in usual}
         self._default = PlanRequest(
             scene,

@@ -26,6 +26,7 @@ from billiard_shot.planning.targets import Target
 from billiard_shot.ros import conversions
 from billiard_shot.ros.client import RobotClient, VALIDITY
 from billiard_shot.ros.client_program import add_client_arguments, CLIENT_HELP, run_client
+from billiard_shot.ros.cue_parameters import within_mechanism
 from billiard_shot.ros.game_table import GameTable
 from billiard_shot.ros.node_runner import own_arguments, parser_of
 from billiard_shot.ros.plan_conversions import target_in, target_message
@@ -52,6 +53,8 @@ def play_shot(client: RobotClient, name: str, goal: ExecuteShot.Goal, arm: bool)
     if status.refused:
         say(f'  predicted   {status.name}: {answer.message}')
         return False
+    if answer.miscue:
+        say('  warning     a miscue: the tip will slide on the ball')
 
     typed = TypedLines()
 
@@ -73,10 +76,12 @@ def play_shot(client: RobotClient, name: str, goal: ExecuteShot.Goal, arm: bool)
         say(executed)
         return False
     speed = result.strike.speed
-    say(
-        f'{executed}: {speed:.4f} m/s ({100 * (speed / plan.speed - 1):+.3f} %), '
-        f'elevation {result.elevation:.5f} rad'
-    )
+    if result.measured:
+        executed += (
+            f': {speed:.4f} m/s ({100 * (speed / plan.speed - 1):+.3f} %), '
+            f'elevation {result.elevation:.5f} rad'
+        )
+    say(executed)
     balls = client.wait_for_rest(result.strike.header.stamp)
     if CUE_BALL not in balls:
         say('  outcome     the cue ball is not on the table')
@@ -95,6 +100,7 @@ def play_stroke(
     """Play a given stroke and print the result; return False if it was not played."""
     try:
         goal = client.goal(stroke, client.balls(), scene, name, options.valid_for)
+        goal.allow_miscue = options.allow_miscue
     except RefusedError as error:
         say(f'{name}: {error}')
         return False
@@ -166,6 +172,10 @@ def main(args: Sequence[str] | None = None) -> None:
     )
     add_client_arguments(parser)
     add_turn_arguments(parser)
+    limits = "mechanism of the driver; games keep to its limits and those of the scene's robot"
+    add('--mechanism', default='', metavar='FILE', help=limits)
+    miscue = 'play a stroke in which the tip is predicted to slide on the ball'
+    add('--allow-miscue', action='store_true', help=miscue)
     most = "largest number of strokes to simulate for a plan (the planner's parameter)"
     add('--budget', type=_number(int, MAX_BUDGET), default=0, metavar='N', help=most)
     add('--arm', action='store_true', help='fire each shot as soon as it is aimed, unasked')
@@ -185,7 +195,7 @@ def main(args: Sequence[str] | None = None) -> None:
         parser.error('--serve must not be given together with a stroke, a TARGET or a game')
     strokes: dict[str, Stroke] = {}
     try:
-        scene = Scene.load(options.scene)
+        scene = within_mechanism(Scene.load(options.scene), options.mechanism)
         if strokes_given(options) or not (plays or options.serve):  # without any: an error
             strokes = strokes_from_options(options, scene)
         state = first_state(options, scene) if plays_game else None

@@ -6,12 +6,21 @@ Start the nodes on this machine, until Ctrl+C; for machines without the `ros2` c
 """
 
 from collections.abc import Sequence
+import os
+from pathlib import Path
 import signal
 import sys
 import time
 
 from billiard_shot.ros.node_runner import own_arguments, parser_of
 from billiard_shot.ros.processes import quick_environment, running, SIMULATION
+
+MORE_HELP = """\
+ROS arguments hold for all nodes. The name of a node before a parameter makes it one of that node:
+
+    robot --camera --ros-args -p "table_tracker:class_names:=['white=cue', 'solid']"
+
+exit codes: 0 after Ctrl+C; 1 if a node ended by itself; 2 invalid arguments"""
 
 PROCESS_POLL_PERIOD = 0.2  # s between two checks whether all nodes still run
 
@@ -22,7 +31,17 @@ def nodes_of(
     """Nodes and their ROS arguments; `ros` are arguments of all nodes."""
     patience = SIMULATION if simulate else ()
     on_it = ('-p', f'scene:={scene}', *ros)
-    driver = (*on_it, '-p', 'autostart:=true', '-p', f'interface:={interface}', *patience)
+    kept = '' if simulate else state_file(ros)
+    driver = (
+        '-p',
+        f"state_file:='{kept}'",
+        *on_it,
+        '-p',
+        'autostart:=true',
+        '-p',
+        f'interface:={interface}',
+        *patience,
+    )
     nodes = {'predictor': on_it, 'planner': on_it, 'cue_driver': driver}
     if camera:
         nodes['table_tracker'] = on_it
@@ -35,13 +54,19 @@ def nodes_of(
     return nodes
 
 
+def state_file(ros: Sequence[str]) -> str:
+    """Path of the file that keeps a latched state of the driver, for the namespace in `ros`."""
+    spaces = [each.partition('__ns:=')[2].strip('/') for each in ros if '__ns:=' in each]
+    home = Path(os.environ.get('ROS_HOME') or Path.home() / '.ros')
+    return str(home.joinpath('billiard_shot', *spaces[-1:], 'cue_driver.state'))
+
+
 def main(args: Sequence[str] | None = None) -> None:
     """Start the nodes; the exit code is 1 if one of them ends by itself."""
     given = list(sys.argv if args is None else ['', *args])
     own = own_arguments(args)
     ros = [each for each in given[1:] if each not in (*own, '--ros-args', '--')]
-    codes = 'exit codes: 0 after Ctrl+C; 1 if a node ended by itself; 2 invalid arguments'
-    parser = parser_of('robot', __doc__, codes)
+    parser = parser_of('robot', __doc__, MORE_HELP)
     scene_help = 'bundled scene or YAML file for all nodes; its cue must be guided (paper)'
     parser.add_argument('--scene', default='paper', metavar='SCENE', help=scene_help)
     parts = {

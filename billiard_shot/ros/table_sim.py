@@ -16,11 +16,12 @@ from std_srvs.srv import Trigger
 
 from billiard_shot import predict, Stroke
 from billiard_shot.cue.alignment import Alignment
+from billiard_shot.cue.mechanism import Mechanism
 from billiard_shot.cue.plan import stroke_on_table
 from billiard_shot.ros import parameters
 from billiard_shot.ros.conversions import check_frame, filled, requested_scene
 from billiard_shot.ros.cue_conversions import measured_stroke
-from billiard_shot.ros.cue_parameters import guided_scene, OfGuidedScene
+from billiard_shot.ros.cue_parameters import guided_scene, OfGuidedScene, OfMechanismFile
 from billiard_shot.ros.node_runner import LATCHED, spin_node, steady_timer
 from billiard_shot.ros.parameters import OfTable
 from billiard_shot.scene import Scene
@@ -35,7 +36,7 @@ REST_PERIOD = 0.2
 
 
 @dataclass(frozen=True)
-class TableSimParameters(OfTable, OfGuidedScene):
+class TableSimParameters(OfTable, OfGuidedScene, OfMechanismFile):
     """
     Parameters of the node.
 
@@ -52,7 +53,7 @@ class TableSimParameters(OfTable, OfGuidedScene):
 
     """
 
-    READ_ONLY: ClassVar = ('scene', 'rate', 'real_time_factor', 'camera', 'seed')
+    READ_ONLY: ClassVar = ('scene', 'mechanism', 'rate', 'real_time_factor', 'camera', 'seed')
     rate: float = number('Hz', minimum=1.0, maximum=1000.0, default=30.0)
     real_time_factor: float = number('', minimum=1e-3, maximum=1e6, default=1.0)
     camera: bool = False
@@ -93,8 +94,9 @@ class TableSim(Node):
     Every shot is published on `~/shot` (std_msgs/msg/String), latched, as the JSON that
     `billiard_shot.load_shot` reads. The service `~/reset` (std_srvs/srv/Trigger) puts all balls
     back, and `~/place` (billiard_shot_msgs/srv/PlaceBalls) puts balls elsewhere. Its parameters
-    are `TableSimParameters`, `CameraErrors` and `Alignment`: where the tip is beside where the
-    strike says it is, which the driver does not see.
+    are `TableSimParameters`, `CameraErrors` and `Alignment`: where the tip really is beside where
+    the encoders say it is. The alignment of the parameter `mechanism` is the one that the driver
+    has corrected.
     """
 
     def __init__(self) -> None:
@@ -102,6 +104,7 @@ class TableSim(Node):
         parameters.declare(self, TableSimParameters, CameraErrors, Alignment)
         own = parameters.read(TableSimParameters, self)
         self._scene = guided_scene(own.scene)
+        self._measured = Mechanism.load(own.mechanism).alignment  # in messages of the driver
         self._real_time_factor = own.real_time_factor
         self._snapshot = 0
         self._motions: Mapping[str, Trajectory] = {}
@@ -160,8 +163,9 @@ class TableSim(Node):
             scene = replace(self._scene, balls=places)
             stroke = measured_stroke(message, scene.cue_ball)
             alignment = parameters.read(Alignment, self)
-            if alignment != Alignment():
-                played = stroke_on_table(alignment, stroke, scene.cue_ball[:2], scene)
+            if alignment != self._measured:
+                place = scene.cue_ball[:2]
+                played = stroke_on_table(alignment, stroke, place, scene, self._measured)
                 stroke = Stroke.from_offsets(*played.tolist())
         except ValueError as error:
             self.get_logger().error(f'ignored a strike: {error}')

@@ -1,9 +1,12 @@
 """The node `table_tracker`: estimates where the balls lie from the detections of a camera."""
 
 # ruff: noqa: RUF009 (the calls in class bodies make fields, as dataclasses.field does)
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+import math
 import sys
+from time import monotonic
 from typing import Any, ClassVar
 
 from billiard_shot_msgs.msg import BallState, TableState
@@ -33,6 +36,9 @@ MAX_AHEAD = 0.1
 
 MAX_BYTES = 2**19
 """Largest size of a message of detections: some 1,000 detections; to read it takes 0.1 s."""
+
+IGNORED_PERIOD = 60.0
+"""Time between two reports of the detections that were ignored [s]."""
 
 LOG_PERIOD = 5.0
 """Shortest time between two messages in the log about detections that are ignored [s]."""
@@ -94,7 +100,8 @@ class TableTracker(Node):
         names |= class_names_of(own.class_names)
         self._reading = names, own.min_score, own.detection_noise**2
         self._detections_type = detections_type
-        self._ignored = 0
+        self._ignored: Counter[str] = Counter()  # by reason, since the log had them
+        self._told = -math.inf  # when that was [s]
         self._tracker = BallTracker(
             scene.ball.radius,
             parameters.read(TrackerSettings, self),
@@ -130,12 +137,13 @@ class TableTracker(Node):
                 f'ignored a picture: {error}', throttle_duration_sec=LOG_PERIOD
             )
             return
-        if ignored:
-            self._ignored += len(ignored)
+        self._ignored.update(ignored)
+        if self._ignored and monotonic() - self._told > IGNORED_PERIOD:
+            reasons = (f'{why} ({times} times)' for why, times in self._ignored.most_common(20))
             self.get_logger().info(
-                f'ignored {self._ignored} detections so far, the last one because {ignored[-1]}',
-                throttle_duration_sec=LOG_PERIOD,
+                f'ignored {self._ignored.total()} detections: {"; ".join(reasons)}'
             )
+            self._ignored, self._told = Counter(), monotonic()
         self._tracker.update(balls, time)
         self._repeat.reset()
         self._publish()

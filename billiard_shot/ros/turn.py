@@ -150,13 +150,16 @@ class Turn:
         with self.table.client.to_the_end():  # a shot that has been played is judged
             self.tell(TurnStage.WATCH, 'the balls roll', shot_id, {})
             places = self.table.places_at_rest(result.strike.header.stamp)
-            self._judged(state, decision, self._ruling(state, decision, shot_id, places), shot_id)
+            # A simulated table does not hear of a strike that was not measured.
+            if outcome := self.table.record() if result.measured else None:
+                ruling = judge(state, decision.call, replace(outcome, places=places))
+            else:
+                ruling = self._ruling(state, decision, shot_id, places)
+            self._judged(state, decision, ruling, shot_id)
         if ended and self.state.player == state.player and not self.state.over:
             raise ended
 
     def _ruling(self, state: State, decision: Decision, shot_id: str, places: Places) -> Ruling:
-        if outcome := self.table.record():
-            return judge(state, decision.call, replace(outcome, places=places))
         found = possible_rulings(state, decision.call, places)
         if len(found) == 1:
             return found[0]

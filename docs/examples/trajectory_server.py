@@ -52,7 +52,8 @@ class TrajectoryServer(Node):
             rows = each.positions, each.velocities, each.accelerations
             if time > now:
                 knots[time] = [np.array(row)[order] for row in rows]
-        self.path = BPoly.from_derivatives(list(knots), list(knots.values()))  # quintic
+        if len(knots) > 1:  # else all points have passed meanwhile
+            self.path = BPoly.from_derivatives(list(knots), list(knots.values()))  # quintic
         self.goal, goal.ended = goal, Future(executor=self.executor)
         goal.execute()
 

@@ -10,6 +10,7 @@ import pytest
 
 from billiard_shot import predict, predict_batch, Scene, shots, Status, Stroke, TableStates
 from billiard_shot.calibration.csv_file import write_csv
+from billiard_shot.calibration.machine import calibrate_machine, check_conventions
 from billiard_shot.calibration.machine_fit import (
     check_decided,
     decided,
@@ -18,6 +19,7 @@ from billiard_shot.calibration.machine_fit import (
     stroke_in,
 )
 from billiard_shot.calibration.machine_strokes import Recorded, Told
+from billiard_shot.calibration.reader import read_recording
 from billiard_shot.calibration.recording import Frame, RecordedShot, Recording, Track
 from billiard_shot.calibration.watched import watch
 from billiard_shot.cli import main
@@ -188,3 +190,61 @@ def test_too_few_strikes_are_refused(recording, tmp_path, capsys):
     path.write_text('\n'.join(line for line in lines if line[:2] in ('sh', '0,', '1,')))
     assert main(['calibrate', 'machine', str(path), '--scene', 'robot_table']) == WRONG_INPUT
     assert 'at least 10 strikes with strokes, got 0' in capsys.readouterr().err
+
+
+def by_mistake(tracks=lambda xy: xy, stroke=lambda stroke: stroke, count=12):
+    """Strikes of an exact machine that were recorded with a mistake."""
+    times = np.arange(-5, 12) / RATE
+    for place, planned in strikes_at(np.random.default_rng(8), count):
+        path = predict(replace(SCENE, balls={'cue': tuple(place.tolist())}), planned).trajectory
+        seen = np.array([path.at(t).position[:2] if t > 0 else place for t in times])
+        track = Track(times, tracks(seen), np.full(len(times), 1e-6))
+        yield Recorded(Frame(), watch(RecordedShot('', {'cue': track})), stroke(planned))
+
+
+def turned(change):
+    def changed(stroke):
+        a, b, elevation, azimuth, speed = stroke.offsets
+        return Stroke.from_offsets(a, b, elevation, change(azimuth), speed)
+
+    return changed
+
+
+def faster(factor):
+    return lambda stroke: Stroke.from_offsets(*stroke.offsets[:4], factor * stroke.speed)
+
+
+@pytest.mark.parametrize(
+    ('mistake', 'words'),
+    [
+        ({'tracks': lambda xy: xy * (1, -1)}, 'y of the tracks .* mirrored'),
+        ({'tracks': lambda xy: xy * (-1, 1)}, 'x of the tracks .* mirrored'),
+        ({'tracks': lambda xy: xy[:, ::-1]}, 'x and y .* swapped'),
+        ({'stroke': turned(math.radians)}, 'azimuths are in radians'),
+        ({'stroke': turned(lambda azimuth: azimuth + math.pi)}, 'point backwards'),
+        ({'stroke': faster(1e3)}, 'must be 0.1 to 2; are the units m, s and m/s'),
+        ({'stroke': faster(1e-3)}, 'must be 0.1 to 2; are the units m, s and m/s'),
+    ],
+)
+def test_usual_mistakes_in_recordings_are_named(mistake, words):
+    check_conventions(list(by_mistake()))
+    with pytest.raises(ValueError, match=words):
+        check_conventions(list(by_mistake(**mistake)))
+
+
+def turned_by(alignment, stroke, place):
+    """Stroke as a driver with an alignment measures it, for what the encoders say."""
+    return Stroke.from_offsets(*played(alignment, np.array(stroke.offsets), place).tolist())
+
+
+def test_strikes_of_an_aligned_driver_give_the_whole_alignment(recording, tmp_path):
+    """Before, they would have given what is left of it, in place of it."""
+    first = replace(HIDDEN, elevation_bias_deg=0.0)
+    seen = [
+        replace(each, stroke=turned_by(first, each.stroke, place))
+        for each in read_recording(recording).shots
+        for place in [each.tracks['cue'].place[0]]
+    ]
+    again = calibrate_machine(Recording('cell', tuple(seen)), SCENE, first).alignment
+    assert again.machine_x == pytest.approx(HIDDEN.machine_x, abs=6e-4)
+    assert again.speed_scale == pytest.approx(0.96, abs=0.03)

@@ -91,6 +91,7 @@ class Bench:
             on_strike=self.strikes.append,
             on_result=self.results.append,
         )
+        self.controller.activate()
         self.balls = {'cue': (0.0, 0.0)}  # what the camera sees; None: it has ended
         self.camera_delay = 0.0
         self.frozen_at = None  # stamp that the camera repeats, if it is frozen

@@ -63,6 +63,7 @@ class AnyEvents(RuleBasedStateMachine):
         self.controller = Controller(
             MECHANISM, SCENE, SETTINGS, on_command=self.judge, on_state=self.note
         )
+        self.controller.activate()
         self.camera_does, self.seen = 'see', -np.inf  # or 'repeat', 'end'; its last picture
         self.pass_time(0.02)
 
@@ -76,6 +77,8 @@ class AnyEvents(RuleBasedStateMachine):
             self.armed_at = None
 
     def judge(self, command):
+        if command.trajectory is not None:
+            assert not self.controller.inactive
         if (
             command.trajectory is not None
             and np.ptp(command.trajectory.positions[:, STROKE]) > 0.01
@@ -174,6 +177,7 @@ class AnyEvents(RuleBasedStateMachine):
         self.says = {'estop': False, 'interlock': True}
         self.deaf, self.camera_does = False, 'see'
         self.table = TABLES[0]
+        self.controller.activate()
         self.pass_time(max(0.02, self.resumed + RECOVERY + 0.1 - self.now), 0.05)
         self.controller.clear(self.now)
 
@@ -226,11 +230,22 @@ class AnyEvents(RuleBasedStateMachine):
     def disarm(self):
         self.controller.disarm(self.now, 'by hand')
 
+    @rule(what=st.sampled_from(['activate', 'deactivate', 'both']))
+    def lifecycle(self, what):
+        """After the node was deactivated, nothing moves and no goal is left."""
+        if what != 'activate':
+            self.controller.deactivate(self.now, 'not active', 'deactivated')
+            assert self.controller.state not in MOVING
+            assert self.controller.shot_id == ''
+        if what != 'deactivate':
+            self.controller.activate()
+
     @rule()
     def clear(self):
         before = self.controller.state
         if self.controller.clear(self.now).accepted:
             assert before in (SafetyState.ESTOP, SafetyState.FAULT)
+            assert not self.controller.inactive
             assert self.says['estop'] is not True
 
     @rule()

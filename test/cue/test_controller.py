@@ -61,7 +61,7 @@ def test_shots_in_a_row(bench):
     random = np.random.default_rng(3)
     shots = [
         (
-            *random.uniform(-0.4, 0.4, 2),
+            *random.uniform(-0.2, 0.2, 2),
             0.3 * random.random(),
             random.uniform(-3, 3),
             random.uniform(0.2, 4.0),
@@ -116,6 +116,48 @@ def test_estop_stops_at_once_and_latches(bench, state):
         bench.send_goal(SHOT, 'again')
     assert bench.controller.clear(bench.now).accepted
     assert bench.play(SHOT, 'later').outcome is GoalOutcome.OK
+
+
+@pytest.mark.parametrize('state', [SafetyState.DISARMED, *MOVING])
+def test_what_is_not_active_moves_nothing(bench, state):
+    """Before, a goal that waited while the node was deactivated moved the cue by up to 2 m."""
+    if state is not SafetyState.DISARMED:
+        in_state(bench, state)
+    bench.controller.deactivate(bench.now, 'the node is not active', 'deactivated')
+    assert bench.controller.state is SafetyState.DISARMED
+    assert [result.outcome for result in bench.results] == (
+        [GoalOutcome.DISARMED] if state in MOVING else []
+    ), 'the goal has ended already'
+    bench.run(1.5)
+    assert bench.mechanism.stopped
+    there = bench.mechanism.position.copy()
+    with pytest.raises(RefusedError, match='needs: the node is active') as refusal:
+        bench.send_goal(SHOT, 'later')
+    assert refusal.value.outcome is GoalOutcome.NOT_READY
+    assert not bench.arm().accepted
+    bench.run(3.0)
+    assert (bench.mechanism.position == there).all()
+    bench.controller.receive_estop(True, bench.now, bench.now)
+    assert bench.controller.state is SafetyState.ESTOP, 'a press is heard all the same'
+    assert 'the node is active' in bench.controller.clear(bench.now).reason
+    bench.controller.activate()
+    bench.run(0.02)  # the button is released
+    assert bench.controller.clear(bench.now).accepted
+    assert bench.play(SHOT, 'at last').outcome is GoalOutcome.OK
+
+
+def test_a_state_from_before_the_start_stays_until_it_is_cleared():
+    bench = Bench()
+    bench.controller.restore(SafetyState.FAULT, 'base_x: 3 m off')
+    bench.controller.configure(MECHANISM, SCENE, Settings())
+    bench.controller.activate()
+    bench.run(5.0)
+    assert bench.controller.state is SafetyState.FAULT
+    assert bench.controller.reason == 'before this start: base_x: 3 m off'
+    with pytest.raises(RefusedError, match='not possible in state FAULT'):
+        bench.send_goal(SHOT)
+    assert bench.controller.clear(bench.now).accepted
+    assert bench.play(SHOT).outcome is GoalOutcome.OK
 
 
 @pytest.mark.parametrize('state', MOVING)
@@ -296,7 +338,7 @@ def test_faults_are_found_and_named(bench, faults, state, words):
 
 
 def test_a_strike_that_was_not_measured_is_named(bench):
-    """Before, it was said that the cue had not met the ball."""
+    """Before, the shot ended with a fault, and nobody judged it."""
     in_state(bench, SafetyState.FIRING)
     receive = bench.controller.receive_joints
     profile = bench.controller._execution.shot.profile
@@ -306,12 +348,14 @@ def test_a_strike_that_was_not_measured_is_named(bench):
             receive(position, velocity, *times)
 
     bench.controller.receive_joints = lose_the_last
-    bench.reach(SafetyState.FAULT)
-    assert bench.controller.reason == (
-        'stroke: the strike was not measured: no joint_states in the last 16 ms before it'
+    bench.reach(SafetyState.DISARMED)
+    result = bench.results[-1]
+    assert result.outcome is GoalOutcome.OK
+    assert result.message == (
+        'done; the strike was not measured: no joint_states in the last 16 ms before it'
     )
-    assert bench.results[-1].strike is None
-    assert not bench.mechanism.moving, 'the cue was drawn back before'
+    assert (result.has_met, result.strike) == (True, None)
+    assert bench.strikes == [None]
 
 
 def test_some_lost_commands_do_no_harm(bench):

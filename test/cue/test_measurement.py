@@ -17,7 +17,7 @@ PERIOD = 0.01
 
 def strike(speed, drive, random, loss):
     """Play a stroke with a drive of some bandwidth; the true speed, and the measured one."""
-    profile = StrokeProfile(MECHANISM, speed, 0.4 * speed, 150.0, 150.0)
+    profile = StrokeProfile(MECHANISM, speed, 0.4 * speed, 0.002, 150.0, 150.0)
     stroke = stroke_trajectory(profile, HOME, HOME[2])
     mechanism = SimulatedMechanism(
         MECHANISM, Imperfections(bandwidth=drive, noise=0.002), 1.0, HOME, 0.0, random.integers(99)

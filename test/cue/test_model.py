@@ -13,6 +13,7 @@ import yaml
 
 from billiard_shot import Scene
 from billiard_shot.cli import main
+from billiard_shot.cue.alignment import Alignment
 from billiard_shot.cue.incline import Incline
 from billiard_shot.cue.kinematics import forward_kinematics
 from billiard_shot.cue.mechanism import Axis, INCLINE, JOINTS, Mechanism, STROKE
@@ -27,6 +28,7 @@ OTHER = Mechanism(
     max_elevation=0.8,
     incline_geometry=Incline(base=0.4, arm=0.25, level_angle=1.1),
 )
+ALIGNED = Mechanism(alignment=Alignment(0.01, -0.02, 2.0, 0.004, -0.003, 0.97, 0.0, 1.02, 0.5))
 MECHANISMS = pytest.mark.parametrize('mechanism', [Mechanism(), OTHER])
 
 
@@ -64,8 +66,10 @@ def poses_of(urdf, positions):
         joint = joints[link]
         origin, axis = joint.find('origin'), joint.find('axis')
         if origin is not None:
-            assert origin.get('rpy') is None  # not read here
-        fixed = matrix(np.eye(3), numbers(None if origin is None else origin.get('xyz')))
+            roll, pitch, yaw = numbers(origin.get('rpy'))
+            assert roll == pitch == 0.0  # not read here
+        turn = rotation(np.array([0.0, 0.0, 1.0]), 0.0 if origin is None else yaw)
+        fixed = matrix(turn, numbers(None if origin is None else origin.get('xyz')))
         if joint.get('type') != 'fixed':
             value, axis = positions[joint.get('name')], numbers(axis.get('xyz'))
             fixed = fixed @ (
@@ -93,11 +97,12 @@ def test_the_model_puts_the_tip_where_the_mechanism_does(mechanism, fractions):
     joints = joint_positions(mechanism, fractions)
     tip = forward_kinematics(mechanism, joints)
     positions = dict(zip(JOINTS, joints, strict=True))
-    positions['incline_angle'] = mechanism.incline_geometry.elevation(positions['incline'])
+    positions['incline_angle'] = mechanism.elevation(positions['incline'])
     poses = poses_of(urdf_of(mechanism), positions)
     np.testing.assert_allclose(poses['tip'][:3, 3], tip.position, atol=1e-12)
     np.testing.assert_allclose(poses['tip'][:3, :3], rotation_of(tip.quaternion), atol=1e-12)
-    np.testing.assert_allclose(poses['base_link'][:3, 3], joints[:3], atol=1e-12)
+    pivot = np.linalg.inv(poses['machine']) @ poses['base_link']
+    np.testing.assert_allclose(pivot[:3, 3], joints[:3], atol=1e-12)
     # The transforms have the same frames, in the same places.
     found = {'table': np.eye(4)}
     for each in transforms(mechanism, joints_of(mechanism), joints):
@@ -109,9 +114,28 @@ def test_the_model_puts_the_tip_where_the_mechanism_does(mechanism, fractions):
         np.testing.assert_allclose(pose, poses[frame], atol=1e-12)
 
 
+@given(st.lists(st.floats(0.0, 1.0), min_size=6, max_size=6))
+def test_the_transforms_show_the_aligned_cue(fractions):
+    """Its tip is where the driver has it, at every elevation; in the model, if it is level."""
+    joints = joint_positions(ALIGNED, fractions)
+    tip = forward_kinematics(ALIGNED, joints)
+    found = {'table': np.eye(4)}
+    for each in transforms(ALIGNED, joints_of(ALIGNED), joints):
+        found[each.child] = found[each.parent] @ matrix(
+            rotation_of(each.quaternion), each.translation
+        )
+    np.testing.assert_allclose(found['tip'][:3, 3], tip.position, atol=1e-12)
+    np.testing.assert_allclose(found['tip'][:3, :3], rotation_of(tip.quaternion), atol=1e-12)
+    joints[INCLINE], joints[STROKE] = ALIGNED.incline_geometry.length(0.0), 0.0
+    positions = dict(zip(JOINTS, joints, strict=True))
+    positions['incline_angle'] = ALIGNED.elevation(positions['incline'])
+    place = poses_of(urdf_of(ALIGNED), positions)['tip'][:3, 3]
+    np.testing.assert_allclose(place, forward_kinematics(ALIGNED, joints).position, atol=1e-12)
+
+
 @MECHANISMS
 def test_limits_are_those_of_the_mechanism(mechanism):
-    joints = joints_of(mechanism)[:6]
+    joints = joints_of(mechanism)[1:7]
     for i, (joint, axis) in enumerate(zip(joints, mechanism.axes, strict=True)):
         if i != INCLINE:
             assert joint.name == JOINTS[i]
@@ -163,7 +187,7 @@ def test_the_cue_is_as_heavy_as_that_of_the_paper():
 
 def test_the_cue_ends_at_its_tip():
     mechanism = Mechanism()
-    cue = joints_of(mechanism)[STROKE]
+    cue = joints_of(mechanism)[1 + STROKE]
     assert cue.centre[0] + 0.5 * cue.part.length == pytest.approx(mechanism.reach)
 
 
@@ -185,7 +209,7 @@ def test_a_level_cue_can_play_a_ball_on_the_cloth():
     for each in transforms(mechanism, model, joints):
         heights[each.child] = heights[each.parent] + each.translation[2]
     assert heights['tip'] == pytest.approx(radius)
-    for joint in model[:6]:
+    for joint in model[1:7]:
         assert heights[joint.child] + joint.centre[2] - 0.5 * joint.part.height > 0.0
 
 
@@ -200,6 +224,7 @@ def test_frames_of_two_robots_have_different_names(frame, prefix):
     assert links[1:] == [
         f'{prefix}{name}'
         for name in (
+            'machine',
             'bridge',
             'trolley',
             'base_link',
@@ -215,8 +240,8 @@ def test_frames_of_two_robots_have_different_names(frame, prefix):
 def test_a_prefix_of_the_joints_is_that_of_the_elevation_too():
     names = [f'left_{name}' for name in JOINTS]
     joints = [joint.name for joint in joints_of(Mechanism(), names=names)]
-    assert joints[INCLINE] == 'left_incline_angle'
-    assert sorted(joints) == sorted([*names, 'left_incline_angle', 'tip'])
+    assert joints[1 + INCLINE] == 'left_incline_angle'
+    assert sorted(joints) == sorted(['machine', *names, 'left_incline_angle', 'tip'])
 
 
 def test_the_command_prints_the_model(capsys, tmp_path):

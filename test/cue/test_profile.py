@@ -15,8 +15,17 @@ MASS, GRAVITY = 0.5018, 9.80665
 DRIVE = MECHANISM.stroke
 
 
-def profile_of(speed=3.0, after=0.5, elevation=0.1, clearance=math.inf, mechanism=MECHANISM):
-    return stroke_profile(mechanism, MASS, GRAVITY, elevation, speed, after * speed, clearance)
+def profile_of(
+    speed=3.0,
+    after=0.5,
+    elevation=0.1,
+    touch_time=0.0,
+    clearance=math.inf,
+    mechanism=MECHANISM,
+):
+    return stroke_profile(
+        mechanism, MASS, GRAVITY, elevation, speed, after * speed, touch_time, clearance
+    )
 
 
 @given(st.floats(0.05, 6.0), st.floats(-0.2, 1.0), st.floats(0.0, 1.2))
@@ -85,6 +94,7 @@ def test_ramp_uses_what_it_may(change, acceleration, jerk):
             r'4\.386 N is 0\.386 N',
         ),
         ({'after': -5.0}, 'travel', 'the cue recoils'),
+        ({'touch_time': 0.2}, 'travel', 'above the limit of 0.6 m'),
     ],
 )
 def test_what_it_cannot_do_says_which_limit_and_by_how_much(arguments, limit, words):

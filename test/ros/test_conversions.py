@@ -8,7 +8,7 @@ import pytest
 
 pytest.importorskip('billiard_shot_msgs', reason='needs ROS 2')
 
-from billiard_shot_msgs.msg import BallState
+from billiard_shot_msgs.msg import BallState, GameState
 from builtin_interfaces.msg import Time
 from hypothesis import given
 from hypothesis import strategies as st
@@ -17,6 +17,7 @@ from std_msgs.msg import Header
 
 from billiard_shot import predict, predict_batch, Scene, Status, Stroke
 from billiard_shot.ros import conversions, display
+from billiard_shot.ros.game_conversions import state_of
 from billiard_shot.ros.predict_shot import request_of
 from billiard_shot.scene import Effects
 from billiard_shot.shot.effects import GATES
@@ -122,3 +123,29 @@ def test_the_answer_lists_every_effect_and_why():
     assert effects['end_mass'].reason == 'the cue is guided: its tip cannot move sideways'
     assert not effects['flight'].simulated
     assert effects['flight'].reason.startswith('the scene turns it off; it would be simulated: ')
+
+
+@pytest.mark.parametrize(
+    ('game', 'balls', 'fields', 'words'),
+    [
+        (
+            'practice',
+            'cue 1',
+            {'winner': 0},
+            'winner must be -1 while the rack is not over',
+        ),
+        ('nine_ball', 'cue 8', {}, "balls must be with '9' while the rack is not over"),
+        ('eight_ball', 'cue 1 2', {}, "balls must be with '8' while the rack is not over"),
+        ('nine_ball', 'cue 8', {'over': True, 'winner': 1}, ''),
+        ('nine_ball', 'cue 9', {}, ''),
+    ],
+)
+def test_states_that_no_rack_can_have_are_refused(game, balls, fields, words):
+    scene = Scene.load('robot_table')
+    places = {name: (0.1 * i, 0.2) for i, name in enumerate(balls.split())}
+    message = GameState(game=game, **fields)
+    if words:
+        with pytest.raises(ValueError, match=words):
+            state_of(message, places, scene)
+    else:
+        assert state_of(message, places, scene).over is message.over

@@ -291,9 +291,10 @@ def test_deactivate_disarms(cell):
     assert cell.player.until(ended.done, PATIENCE)
     assert ended.result().result.outcome == GoalOutcome.DISARMED
     cell.stands_still()
-    sent = cell.player.execute_shot.send_goal_async(cell.goal('inactive'))
-    assert cell.player.until(sent.done, PATIENCE)
-    assert not sent.result().accepted
+    refused = cell.begin(cell.goal('inactive'))
+    assert cell.player.until(refused.done, PATIENCE)
+    assert refused.result().result.outcome == GoalOutcome.NOT_READY
+    assert 'not active' in refused.result().result.message
     assert 'not active' in cell.arm().message
     assert transition(Transition.TRANSITION_CLEANUP).success
     assert transition(Transition.TRANSITION_CONFIGURE).success

@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 import numpy as np
 from rclpy.time import Time as RosTime
 from std_msgs.msg import Header
+from unique_identifier_msgs.msg import UUID
 
 from billiard_shot import Scene, Stroke
 from billiard_shot.cue.execution import Result
@@ -128,8 +129,19 @@ def test_a_measured_strike_is_the_stroke_that_was_played():
         back = conversions.measured_stroke(message, tuple(ball))
         np.testing.assert_allclose(back.normal, stroke.normal, atol=1e-12)
         np.testing.assert_allclose(back.velocity, stroke.velocity, atol=1e-12)
-    result = conversions.execution_result(Result(GoalOutcome.OK, 'done', strike), message)
-    assert (result.struck, result.elevation, result.strike.speed) == (True, 0.3, 2.0)
+    result = conversions.execution_result(Result(GoalOutcome.OK, 'done', True, strike), message)
+    assert (result.struck, result.measured) == (True, True)
+    assert (result.elevation, result.strike.speed) == (0.3, 2.0)
+
+
+def test_a_strike_that_was_not_measured_has_its_time():
+    """So whoever watches the table knows from when on its balls count."""
+    message = conversions.strike_message('shot', None, Header(stamp=Time(sec=7)))
+    result = conversions.execution_result(Result(GoalOutcome.OK, 'done', True), message)
+    assert (result.struck, result.measured, result.elevation) == (True, False, 0.0)
+    assert (result.strike.header.stamp.sec, result.strike.speed) == (7, 0.0)
+    result = conversions.execution_result(Result(GoalOutcome.FAULT, 'stopped'), message)
+    assert (result.struck, result.strike.header.stamp.sec) == (False, 0)
 
 
 def constants(interface):
@@ -149,24 +161,24 @@ def test_constants_are_the_enumerations():
 
 def test_a_goal_is_judged_at_the_time_at_which_it_arrives():
     """Before, a plan that was newer than the last tick by 0.1 s was refused: a busy computer."""
-    driver, goal = MagicMock(_inactive=''), MagicMock()
+    driver, goal = MagicMock(_ended={}), MagicMock(goal_id=UUID())
     driver._own.frame = 'table'
     driver.get_clock().now.return_value = RosTime(seconds=6)
     driver._controller.execute.side_effect = RefusedError(GoalOutcome.BUSY, 'busy')
     goal.request = ExecuteShot.Goal(plan=message_of(plan()), expiry=Time(sec=60))
-    with pytest.raises(StopIteration):
-        CueDriver._execute(driver, goal).send(None)
+    CueDriver._begin(driver, goal)
     (first, (time, _), _), (then, *_) = driver._controller.method_calls
     assert (first, time, then) == ('receive_clock', 6.0, 'execute')
 
 
 def test_an_error_while_a_goal_is_taken_is_a_fault():
     """If an exception ends an action, rclpy gives it the outcome 0, which is OK."""
-    driver, goal = MagicMock(_inactive=''), MagicMock()
+    driver, goal = MagicMock(_ended={}), MagicMock(goal_id=UUID(), is_cancel_requested=False)
     driver._controller.reason = 'error of this program'
     driver.get_clock().now().to_msg.side_effect = KeyError('clock')
+    CueDriver._begin(driver, goal)
     with pytest.raises(StopIteration) as ended:
-        CueDriver._execute(driver, goal).send(None)
+        CueDriver._end(driver, goal).send(None)
     assert ended.value.value.outcome == GoalOutcome.FAULT
     assert ended.value.value.message == 'error of this program'
     driver.survive.assert_called_once()

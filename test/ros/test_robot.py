@@ -28,8 +28,9 @@ NODES = ('predictor', 'planner', 'cue_driver', 'cue_sim', 'table_sim')
 
 
 @pytest.fixture
-def begin(domain):
+def begin(domain, monkeypatch, tmp_path):
     """Start `robot` in a process group of its own, in which nothing is left at the end."""
+    monkeypatch.setenv('ROS_HOME', str(tmp_path))  # no driver finds the state of an earlier one
     begun = []
 
     def begin(space, *arguments):
@@ -82,6 +83,16 @@ def test_it_ends_if_a_node_ends(begin, node):
     assert 'no_such_scene' in said
     with pytest.raises(ProcessLookupError):
         os.killpg(process.pid, 0)
+
+
+@pytest.mark.parametrize(
+    ('ros', 'folder'), [((), ''), (('-r', '__ns:=/a'), 'a/'), (('-r', '__ns:=/a/b'), 'a/b/')]
+)
+def test_each_namespace_keeps_the_state_of_its_driver(ros, folder, monkeypatch):
+    monkeypatch.setenv('ROS_HOME', '/ros')
+    for simulate, path in ((True, ''), (False, f'/ros/billiard_shot/{folder}cue_driver.state')):
+        nodes = robot.nodes_of(ros, 'paper', simulate, False, False, 'topic')
+        assert f"state_file:='{path}'" in nodes['cue_driver']
 
 
 @pytest.mark.parametrize(

@@ -58,7 +58,14 @@ def game_of(name, balls=BALLS, **fields):
 def test_states_there_and_back():
     states = [
         game_of('practice'),
-        game_of('eight_ball', groups=('stripes', 'solids'), fouls=(1, 0), player=1, shots=7),
+        game_of(
+            'eight_ball',
+            BALLS | {'8': (0.2, 0.2)},
+            groups=('stripes', 'solids'),
+            fouls=(1, 0),
+            player=1,
+            shots=7,
+        ),
         game_of('straight_pool', scores=(-3, 12), target=100, over=True, winner=1),
         replace(start('nine_ball', SCENE, seed=5), in_hand='kitchen', choices=('accept', 'pass')),
     ]

@@ -29,7 +29,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         '--mechanism',
         default='',
         metavar='FILE.yaml',
-        help='the mechanism (default: the one of the driver)',
+        help='the mechanism of the driver that recorded, with its alignment (default: that of a '
+        'driver without the parameter mechanism)',
     )
     parser.add_argument(
         '-o',
@@ -50,7 +51,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Fit, print and write; ValueError if the strikes do not decide where the machine stands."""
     mechanism = Mechanism.load(options.mechanism)
-    result = calibrate_machine(options.recordings, Scene.load(options.scene))
+    scene = Scene.load(options.scene)
+    result = calibrate_machine(options.recordings, scene, mechanism.alignment)
     print_rows(COLUMNS, [row_of(each) for each in result.estimates], options)
     if wants_text(options):
         print('', *result.about, sep='\n')

@@ -110,6 +110,7 @@ GAME = Game(
     targets=targets,
     rack=partial(rack_of, 'eight_ball'),  # 3.2
     balls=(*SOLIDS, '8', *STRIPES),
+    decisive='8',
     needs=needs,
     shared=False,
 )

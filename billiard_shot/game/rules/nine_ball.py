@@ -66,4 +66,5 @@ GAME = Game(
     rack=partial(rack_of, 'nine_ball'),  # 2.2
     balls=tuple(str(ball) for ball in range(1, 10)),
     calls=False,
+    decisive='9',
 )
