@@ -18,15 +18,18 @@ PLACES = {'cue': (-0.4, 0.1), '8': (0.5, 0.2), '3': (0.5, 0.2 + 2 * RADIUS), '9'
 """The 3 and the 8 are frozen."""
 
 
+NO_COUNTS = {}
+
+
 class Camera:
     """Detects balls with errors; a tracker sees every picture."""
 
-    def __init__(self, noise, seed=0, loss=0.0, swap=0.0, pockets=()):
+    def __init__(self, noise, seed=0, loss=0.0, swap=0.0, pockets=(), counts=NO_COUNTS):
         self.random = np.random.default_rng(seed)
         self.noise, self.loss, self.swap = noise, loss, swap
         self.places, self.time = dict(PLACES), 100.0
         self.kinds = {}  # classes that are not the name of the ball
-        self.tracker = BallTracker(RADIUS, TrackerSettings(), pockets)
+        self.tracker = BallTracker(RADIUS, TrackerSettings(), pockets, counts)
 
     def picture(self):
         self.time += PERIOD
