@@ -29,7 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from billiard_shot.perception.gate import MAX_BALLS
+from billiard_shot.perception.gate import MAX_BALLS, MAX_DEVIATION
 from billiard_shot.perception.sightings import Sighting
 from billiard_shot.records import Array
 from billiard_shot.scene.checks import check
@@ -47,7 +47,13 @@ ELSEWHERE = 3
 """Number of successive detections elsewhere after which a resting ball is taken to have moved."""
 
 BEFORE_FALL = 0.1
-"""Longest time from the last detection of a ball to its fall into a pocket [s]: three pictures."""
+"""Time before the fall into a pocket for which a ball need not be detected [s]: three pictures."""
+
+BESIDE_HOLE = 0.06
+"""Distance from a hole within which a camera may see no ball [m], as the rail is in its way."""
+
+ROLLING = 0.1
+"""Deceleration of a rolling ball [m/s^2]; see `rolling_friction` of scenes."""
 
 OF_VELOCITY = 4
 """Number of last detections that give the velocity of a ball."""
@@ -105,6 +111,9 @@ class TrackerSettings:
         Number of detections at one place after which a ball counts as being at rest.
     lost_after : float
         Time without a detection after which the state of a ball is UNKNOWN [s].
+    systematic_error : float
+        Standard deviation of the errors of x and y that all pictures have in common, such as those
+        of the calibration of the camera [m].
 
     """
 
@@ -112,6 +121,7 @@ class TrackerSettings:
     window: int = whole_number(minimum=10, maximum=10_000, default=60)
     settled: int = whole_number(minimum=2, maximum=5, default=5)
     lost_after: float = number('s', minimum=0.05, maximum=10.0, default=0.5)
+    systematic_error: float = number('m', minimum=0.0, maximum=MAX_DEVIATION, default=0.0005)
 
     def __post_init__(self) -> None:
         check(self)
@@ -218,6 +228,7 @@ class BallTracker:
                     is_seen=not self._is_lost(track, now),
                     is_moving=not self._is_resting(track),
                     time=track.time,
+                    systematic_error=self._settings.systematic_error,
                 )
         return found
 
@@ -236,9 +247,10 @@ class BallTracker:
             return {}
         lost = np.array([self._is_lost(track, time) for track in tracks])
         sure = np.array([track.is_confirmed for track in tracks])
-        # A lost ball may be anywhere. It is found only where it was; elsewhere a track begins.
+        # A lost ball is found only where it was, and one that falls only on its way: other
+        # detections of its class are more likely false. If they are not, a track begins.
         reach = MAX_SPEED * np.array([time - track.time for track in tracks])
-        reach[lost] = 0.0
+        reach[lost | [not track.pictures[-1] and self._falls(track) for track in tracks]] = 0.0
         expected = np.array([(track.estimate, track.expected(time)) for track in tracks])
         way = expected[:, :, np.newaxis] - places  # (tracks, 2, detections, 2)
         distance = np.hypot(way[..., 0], way[..., 1]).min(axis=1)
@@ -306,7 +318,7 @@ class BallTracker:
             is_lost = self._is_lost(track, time)
             is_false = len(track.pictures) == OF_PICTURES and sum(track.pictures) < FEW
             if is_lost and track.name:
-                track.is_pocketed |= not self._is_resting(track) and self._falls(track)
+                track.is_pocketed |= self._falls(track)
             if track.name or not (is_lost or (is_false and not track.is_confirmed)):
                 kept.append(track)
         self._tracks = kept
@@ -351,17 +363,21 @@ class BallTracker:
         return any(math.dist(place, (x, y)) <= size for x, y, size in self._pockets)
 
     def _falls(self, track: _Track) -> bool:
-        """Whether the ball comes over the hole of a pocket soon, if it goes on as it moved."""
+        """Whether a ball, if it is seen no more, has fallen into the pocket at which it was last."""
         (begin, (x0, y0)), (end, (x, y)) = track.last[0], track.last[-1]
-        if not end > begin:
+        if self._is_resting(track) or not end > begin:
             return False
         u, v = (x - x0) / (end - begin), (y - y0) / (end - begin)
+        speed = math.hypot(u, v)
+        way = min(max(BESIDE_HOLE, speed * BEFORE_FALL), speed**2 / (2.0 * ROLLING))
         for px, py, size in self._pockets:
+            distance = math.hypot(px - x, py - y)
+            if distance <= size + self._radius:
+                return True  # in the jaws, where it may rattle
             toward = (px - x) * u + (py - y) * v
-            if toward > 0.0:
-                time = min(toward / (u * u + v * v), BEFORE_FALL)
-                if math.hypot(px - x - time * u, py - y - time * v) <= size:
-                    return True
+            aside = (px - x) * v - (py - y) * u
+            if toward > 0.0 and abs(aside) <= size * speed and distance - size <= way:
+                return True
         return False
 
 

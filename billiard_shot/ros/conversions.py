@@ -154,12 +154,14 @@ def sightings_of(
         is_seen = ball.state == BallState.ON_TABLE
         where = f'{field}: ball {ball.id!r}: position'
         gate.check_position(where, xyz(ball.position))
+        gate.check_systematic_error(f'{field}: systematic_error', ball.systematic_error)
         sightings[ball.id] = Sighting(
             (ball.position.x, ball.position.y),
             gate.plane_covariance(f'{where}_covariance', ball.position_covariance.tolist()),
             is_seen=is_seen,
             is_moving=ball.moving,
             time=seconds(ball.last_seen) or (seconds(stamp) if stamp and is_seen else 0.0),
+            systematic_error=ball.systematic_error,
         )
     return sightings
 
@@ -174,6 +176,7 @@ def ball_message(name: str, ball: Sighting) -> BallState:
         position_covariance=[xx, xy, 0.0, xy, yy, 0.0, 0.0, 0.0, 0.0],
         moving=ball.is_moving,
         last_seen=time_of(ball.time),
+        systematic_error=ball.systematic_error,
     )
 
 
