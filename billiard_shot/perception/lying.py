@@ -27,7 +27,7 @@ SMALLEST_SCALE = 1e-9
 """Smallest residual of a problem that has a solution."""
 
 Limit = tuple[Array, float]
-"""Coefficients (balls, 2) of the moves of balls [m], whose product must be at least a number [m]."""
+"""Coefficients (balls, 2) of the moves of all balls, and the least sum of the products [m]."""
 
 
 def positions_of(balls: Balls, scene: Scene) -> dict[str, Place]:

@@ -49,7 +49,7 @@ ELSEWHERE = 3
 BEFORE_FALL = 0.1
 """Time before the fall into a pocket for which a ball need not be detected [s]: three pictures."""
 
-BESIDE_HOLE = 0.06
+BESIDE_HOLE = 0.05
 """Distance from a hole within which a camera may see no ball [m], as the rail is in its way."""
 
 ROLLING = 0.1
@@ -83,6 +83,7 @@ NOT_DETECTED = 1.6  # 20 % of the balls in a picture
 FALSE = 9.0  # a detection where no ball is
 DOUBLED = 3.0  # 5 % of the balls have a second box
 NEW = 3.0  # the track of a detection that may be false
+FOUND = 6.0  # a ball that was not seen for long; with a wrong class, the detection is false
 IMPOSSIBLE = 1e6
 
 MAX_SPEED = 10.0
@@ -196,6 +197,12 @@ class BallTracker:
         """Names of the balls that have fallen into a pocket."""
         return {name for name, track in self._names.items() if track.is_pocketed}
 
+    @property
+    def surplus(self) -> list[str]:
+        """Classes of balls that rest and have no name, because their class has none left."""
+        full = self._settings.window
+        return [each.kind for each in self._tracks if len(each.window) == full and not each.name]
+
     def update(self, detections: Sequence[Detection], time: float) -> None:
         """Take the detections of one picture, which was taken at `time` [s]; there may be none."""
         self._kinds |= dict.fromkeys(each.kind for each in detections)
@@ -258,7 +265,8 @@ class BallTracker:
         kinds = np.array([track.kind for track in tracks])
         is_wrong = kinds[:, np.newaxis] != np.array([each.kind for each in detections])
         cost = np.where(distance <= self._radius, distance / self._radius, jump + distance)
-        cost += WRONG_CLASS * is_wrong + NEW * ~sure[:, np.newaxis]
+        doubt = np.where(lost, FOUND, np.where(sure, 0.0, NEW))
+        cost += WRONG_CLASS * is_wrong + doubt[:, np.newaxis]
         cost -= np.where(is_doubled, DOUBLED, FALSE)
         none = np.where(sure & ~lost, NOT_DETECTED, 0.0)
         choices = np.hstack([cost, np.repeat(none[:, np.newaxis], len(tracks), axis=1)])
@@ -363,20 +371,20 @@ class BallTracker:
         return any(math.dist(place, (x, y)) <= size for x, y, size in self._pockets)
 
     def _falls(self, track: _Track) -> bool:
-        """Whether a ball, if it is seen no more, has fallen into the pocket at which it was last."""
+        """Whether a ball that is seen no more has fallen into a pocket."""
         (begin, (x0, y0)), (end, (x, y)) = track.last[0], track.last[-1]
         if self._is_resting(track) or not end > begin:
             return False
         u, v = (x - x0) / (end - begin), (y - y0) / (end - begin)
         speed = math.hypot(u, v)
-        way = min(max(BESIDE_HOLE, speed * BEFORE_FALL), speed**2 / (2.0 * ROLLING))
+        way = min(BESIDE_HOLE + speed * BEFORE_FALL, speed**2 / (2.0 * ROLLING))
         for px, py, size in self._pockets:
             distance = math.hypot(px - x, py - y)
             if distance <= size + self._radius:
                 return True  # in the jaws, where it may rattle
             toward = (px - x) * u + (py - y) * v
             aside = (px - x) * v - (py - y) * u
-            if toward > 0.0 and abs(aside) <= size * speed and distance - size <= way:
+            if toward > 0.0 and abs(aside) <= (size + self._radius) * speed and distance - size <= way:
                 return True
         return False
 

@@ -16,7 +16,7 @@ from billiard_shot.perception.gate import MAX_DEVIATION
 from billiard_shot.perception.tracker import BallTracker, TrackerSettings
 from billiard_shot.ros import parameters
 from billiard_shot.ros.conversions import ball_message, seconds, time_of
-from billiard_shot.ros.detections import class_names_of, detected_balls
+from billiard_shot.ros.detections import class_counts_of, class_names_of, detected_balls
 from billiard_shot.ros.frames import Frames
 from billiard_shot.ros.node_runner import LATCHED, spin_node, steady_timer
 from billiard_shot.ros.parameters import checked, OfTable
@@ -48,8 +48,9 @@ class TableTrackerParameters(OfTable):
     scene : str
         Radius of the balls, and pockets: name of a bundled scene, or path of a YAML file.
     class_names : list of str
-        Class ids of the detections that are balls: names of balls such as `8`, and pairs such as
-        `white=cue` for other class ids. Names of balls of the scene need not be listed. Detections
+        Class ids of the detections that are balls: names of balls such as `8`, pairs such as
+        `white=cue` for other class ids, and numbers of balls such as `solid*7`, otherwise as many
+        as the scene has, at least one. Names of balls of the scene need not be listed. Detections
         of all other classes are ignored.
     detection_noise : float
         Standard deviation of a detected position, in each direction, if the detection has no
@@ -99,6 +100,7 @@ class TableTracker(Node):
             scene.ball.radius,
             parameters.read(TrackerSettings, self),
             outline_of(scene).holes if scene.table else (),
+            class_counts_of(own.class_names, scene.balls),
         )
         self._frames = Frames(self)
         self._snapshot, self._published = 0, ''
@@ -137,6 +139,11 @@ class TableTracker(Node):
                 throttle_duration_sec=LOG_PERIOD,
             )
         self._tracker.update(balls, time)
+        if surplus := self._tracker.surplus:
+            self.get_logger().warning(
+                f'more balls than class_names allows are seen and left out: {", ".join(surplus)}',
+                throttle_duration_sec=LOG_PERIOD,
+            )
         self._repeat.reset()
         self._publish()
 

@@ -18,18 +18,15 @@ PLACES = {'cue': (-0.4, 0.1), '8': (0.5, 0.2), '3': (0.5, 0.2 + 2 * RADIUS), '9'
 """The 3 and the 8 are frozen."""
 
 
-NO_COUNTS = {}
-
-
 class Camera:
     """Detects balls with errors; a tracker sees every picture."""
 
-    def __init__(self, noise, seed=0, loss=0.0, swap=0.0, pockets=(), counts=NO_COUNTS):
+    def __init__(self, noise, seed=0, loss=0.0, swap=0.0, pockets=(), counts=None):
         self.random = np.random.default_rng(seed)
         self.noise, self.loss, self.swap = noise, loss, swap
         self.places, self.time = dict(PLACES), 100.0
         self.kinds = {}  # classes that are not the name of the ball
-        self.tracker = BallTracker(RADIUS, TrackerSettings(), pockets, counts)
+        self.tracker = BallTracker(RADIUS, TrackerSettings(), pockets, counts or {})
 
     def picture(self):
         self.time += PERIOD
@@ -222,7 +219,7 @@ def test_a_camera_without_balls_still_takes_pictures():
 
 def test_balls_of_one_class_are_told_apart():
     """Losses and wrong classes change no name; a ball that rolls keeps its name."""
-    camera = Camera(0.5e-3, 14, loss=0.05, swap=0.05)
+    camera = Camera(0.5e-3, 14, loss=0.05, swap=0.05, counts={'solid': 3})
     camera.kinds = {'3': 'solid', '8': 'solid', '9': 'solid', 'cue': 'cue'}
     names = {name: ball.position for name, ball in camera.watch(1.0).items()}
     assert set(names) == {'cue', 'solid', 'solid_2', 'solid_3'}
@@ -241,7 +238,7 @@ def test_balls_of_one_class_are_told_apart():
 
 
 def test_a_numbered_ball_never_takes_the_name_of_a_class():
-    camera = Camera(0.5e-3, 15)
+    camera = Camera(0.5e-3, 15, counts={'red': 2})
     camera.kinds = {'3': 'red', '8': 'red', '9': 'red_2', 'cue': 'cue'}
     balls = camera.watch(1.0)
     assert set(balls) == {'cue', 'red', 'red_2', 'red_3'}
