@@ -77,8 +77,9 @@ def _in_bed(places: Array, deviations: Array, scene: Scene) -> Iterator[Limit]:
     standoff = nose_standoff(scene.table.cushion, scene.ball.radius)
     half = 0.5 * scene.table.length - standoff, 0.5 * scene.table.width - standoff
     for i, axis, sign in product(range(len(places)), (0, 1), (-1.0, 1.0)):
-        overlap = sign * places[i, axis] - half[axis]
-        is_in_mouth = overlap > 0.0 and not no_place(scene.table, *places[i], scene.ball.radius)
+        x, y = places[i].tolist()
+        overlap = sign * (x, y)[axis] - half[axis]
+        is_in_mouth = overlap > 0.0 and not no_place(scene.table, x, y, scene.ball.radius)
         if _may_touch(overlap, deviations[i]) and not is_in_mouth:
             row = np.zeros_like(places)
             row[i, axis] = -sign

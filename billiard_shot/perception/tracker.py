@@ -384,7 +384,11 @@ class BallTracker:
                 return True  # in the jaws, where it may rattle
             toward = (px - x) * u + (py - y) * v
             aside = (px - x) * v - (py - y) * u
-            if toward > 0.0 and abs(aside) <= (size + self._radius) * speed and distance - size <= way:
+            if (
+                toward > 0.0
+                and abs(aside) <= (size + self._radius) * speed
+                and distance - size <= way
+            ):
                 return True
         return False
 

@@ -145,7 +145,7 @@ class Client:
             pass
         return True
 
-    def wait_for_rest(self, strike=None):
+    def wait_for_rest(self, strike=None, unseen_time=None):
         if self.error:
             raise self.error
         if strike:
@@ -186,7 +186,7 @@ class Shooter:
 def turn_of(client, state, asked=None, agent=None):
     told = []
 
-    def ask(shot_id, before, places):
+    def ask(shot_id, before, places, is_over):
         assert asked, 'nobody has to be asked'
         return asked
 
