@@ -126,7 +126,7 @@ class ShotLog:
         return name
 
     def finish(self, why_early: str = '') -> Written | None:
-        """Write the shot, and forget it, also if ShotLostError is raised; None if there is none."""
+        """Write the shot, and forget it, also after ShotLostError; None if there is none."""
         if not self._shot:
             return None
         shot, rows = self._shot, [row for seen in self._seen for row in self._rows(*seen)]

@@ -1,8 +1,8 @@
 """
-A model of a detector of balls: the errors of a network that looks at a real table.
+A model of a detector of balls, with the errors of a network that looks at a real table.
 
-It loses detections, boxes a ball twice, takes a ball for another one, sees balls at pockets and on
-a hand that passes over the table, and hides the balls below the hand.
+The detector loses balls, boxes a ball twice, takes a ball for another one, and sees balls at
+pockets and on a hand. The hand passes over the table and hides the balls below it.
 """
 
 from dataclasses import dataclass
