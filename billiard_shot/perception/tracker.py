@@ -61,11 +61,13 @@ OF_VELOCITY = 4
 APART = 0.9
 """Smallest distance between detections of two balls [diameters]: they touch at 1, less errors."""
 
-CONFIRMED, OF_PICTURES = 7, 10
-"""A new track is a ball once it has been detected in so many of so many last pictures."""
+CONFIRMED = 7
+"""
+Score at which a new track is a ball: a picture with a detection counts 1, one without -1.
 
-FEW = 5
-"""A new track with fewer detections in `OF_PICTURES` pictures ends."""
+This is a sequential test (Wald 1945) of tracks that 80 % of the pictures show against those that
+20 % show; below 0 the track ends. A false ball in 20 % of the pictures passes once in 4,000 times.
+"""
 
 MOVING_VOTES = 15
 """Number of last detections that give the class of a moving ball: it may be taken for another."""
@@ -136,7 +138,7 @@ class _Track:
     kinds: deque[str]
     kind: str  # class that most of the last detections have
     last: deque[tuple[float, Place]] = field(default_factory=lambda: deque(maxlen=OF_VELOCITY))
-    pictures: deque[bool] = field(default_factory=lambda: deque(maxlen=OF_PICTURES))  # detected?
+    score: int = 0  # see `CONFIRMED`
     elsewhere: int = 0  # number of successive detections that contradict the resting place
     name: str = ''
     is_confirmed: bool = False
@@ -212,7 +214,7 @@ class BallTracker:
         taken = self._assign(detections, places, near.sum(axis=0) > 1, time)
         shown = list(taken.values())  # numbers of detections of balls
         for track in self._tracks:
-            track.pictures.append(track in taken)
+            track.score += 1 if track in taken else -1
             if track in taken:
                 self._update(track, detections[taken[track]], time)
         for k, detection in enumerate(detections):
@@ -257,7 +259,7 @@ class BallTracker:
         # A lost ball is found only where it was, and one that falls only on its way: other
         # detections of its class are more likely false. If they are not, a track begins.
         reach = MAX_SPEED * np.array([time - track.time for track in tracks])
-        reach[lost | [not track.pictures[-1] and self._falls(track) for track in tracks]] = 0.0
+        reach[lost | [track.time < self.time and self._falls(track) for track in tracks]] = 0.0
         expected = np.array([(track.estimate, track.expected(time)) for track in tracks])
         way = expected[:, :, np.newaxis] - places  # (tracks, 2, detections, 2)
         distance = np.hypot(way[..., 0], way[..., 1]).min(axis=1)
@@ -295,7 +297,7 @@ class BallTracker:
         if len(self._tracks) < MAX_BALLS:
             kinds = deque[str](maxlen=self._settings.window)
             track = _Track(_row(detection), kinds, detection.kind)
-            track.pictures.append(True)
+            track.score = 1
             self._tracks.append(track)
             self._see(track, detection, time)
 
@@ -308,7 +310,7 @@ class BallTracker:
         # A moving ball is where it was detected last.
         place = track.window.mean(axis=0) if is_resting else track.window[-1]
         track.estimate = float(place[0]), float(place[1])
-        track.is_confirmed |= sum(track.pictures) >= CONFIRMED
+        track.is_confirmed |= track.score >= CONFIRMED
 
     def _cut(self, track: _Track) -> None:
         """Drop the detections from before a motion."""
@@ -324,10 +326,9 @@ class BallTracker:
         kept = []
         for track in self._tracks:
             is_lost = self._is_lost(track, time)
-            is_false = len(track.pictures) == OF_PICTURES and sum(track.pictures) < FEW
             if is_lost and track.name:
                 track.is_pocketed |= self._falls(track)
-            if track.name or not (is_lost or (is_false and not track.is_confirmed)):
+            if track.name or (not is_lost and (track.is_confirmed or track.score >= 0)):
                 kept.append(track)
         self._tracks = kept
 
