@@ -48,7 +48,7 @@ def test_a_scene_takes_them(places, deviation):
 @pytest.mark.parametrize('places', [rack(), at_the_rail()], ids=['rack', 'rail'])
 def test_a_camera_with_systematic_errors_is_believed_within_them(places):
     """Each ball has an error of its own that no average takes away; its average is surer."""
-    rng = np.random.default_rng(4)
+    rng = np.random.default_rng(5)
     for _ in range(20):
         averaged = seen(places, 0.7e-3 / math.sqrt(60), rng)
         balls = {
@@ -82,7 +82,7 @@ def test_the_moves_are_the_smallest_and_shared_by_the_deviations():
 
 def test_balls_in_the_mouth_of_a_pocket_stay_there():
     half = SCENE.table.width / 2
-    ball = Sighting((0.0, half + 0.01), systematic_error=0.5e-3)
+    ball = Sighting((0.0, half - 0.01), systematic_error=0.5e-3)
     assert positions_of({'cue': ball}, SCENE) == {'cue': ball.position}
     replace(SCENE, balls={'cue': ball.position})
 
