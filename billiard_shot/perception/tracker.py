@@ -138,7 +138,7 @@ class _Track:
     kinds: deque[str]
     kind: str  # class that most of the last detections have
     last: deque[tuple[float, Place]] = field(default_factory=lambda: deque(maxlen=OF_VELOCITY))
-    score: int = 0  # see `CONFIRMED`
+    score: int = 1  # see `CONFIRMED`
     elsewhere: int = 0  # number of successive detections that contradict the resting place
     name: str = ''
     is_confirmed: bool = False
@@ -152,9 +152,9 @@ class _Track:
 
     def expected(self, time: float) -> Place:
         """Place at a time [s], if the ball goes on as it moved between its last two detections."""
-        if len(self.last) < 2:
+        (before, (x0, y0)), (last, (x, y)) = (list(self.last) * 2)[-2:]
+        if not last > before:
             return self.estimate
-        (before, (x0, y0)), (last, (x, y)) = list(self.last)[-2:]
         ahead = (time - last) / (last - before)
         return x + ahead * (x - x0), y + ahead * (y - y0)
 
@@ -184,6 +184,7 @@ class BallTracker:
         counts: Mapping[str, int] = ONE_CLASS,
     ) -> None:
         self._radius, self._settings, self._counts = radius, settings, counts
+        self._gap = 2.0 * APART * radius  # smallest distance of detections of two balls [m]
         self._pockets = [tuple(map(float, each)) for each in pockets]
         self.time = 0.0  # of the last picture [s]; 0 if there was none
         self.reset()
@@ -201,26 +202,32 @@ class BallTracker:
 
     @property
     def surplus(self) -> list[str]:
-        """Classes of balls that rest and have no name, because their class has none left."""
-        full = self._settings.window
-        return [each.kind for each in self._tracks if len(each.window) == full and not each.name]
+        """Classes of balls that are seen at rest, but have no name: their class has none left."""
+        unnamed = (track for track in self._tracks if not track.name)
+        return [
+            track.kind
+            for track in unnamed
+            if len(track.window) == self._settings.window and not self._is_lost(track, self.time)
+        ]
 
     def update(self, detections: Sequence[Detection], time: float) -> None:
         """Take the detections of one picture, which was taken at `time` [s]; there may be none."""
         self._kinds |= dict.fromkeys(each.kind for each in detections)
         places = np.array([each.position for each in detections]).reshape(-1, 2)
         gaps = np.hypot(*(places[:, np.newaxis] - places).T)
-        near = gaps < 2.0 * APART * self._radius
-        taken = self._assign(detections, places, near.sum(axis=0) > 1, time)
-        shown = list(taken.values())  # numbers of detections of balls
+        is_doubled = (gaps < self._gap).sum(axis=0) > 1
+        taken = self._assign(detections, places, is_doubled, time)
+        for track, k in taken.items():
+            self._update(track, detections[k], time)
         for track in self._tracks:
-            track.score += 1 if track in taken else -1
-            if track in taken:
-                self._update(track, detections[taken[track]], time)
-        for k, detection in enumerate(detections):
-            if not (near[k, shown].any() or self._is_over_pocket(detection.position)):
-                shown.append(k)
-                self._begin(detection, time)
+            track.score += 1 if track.time == time else -1
+            track.is_confirmed |= track.score >= CONFIRMED
+        others = (each for k, each in enumerate(detections) if k not in taken.values())
+        for detection in others:
+            if self._is_free(detection.position, time) and len(self._tracks) < MAX_BALLS:
+                kinds = deque[str](maxlen=self._settings.window)
+                self._tracks.append(_Track(_row(detection), kinds, detection.kind))
+                self._see(self._tracks[-1], detection, time)
         self.time = max(self.time, time)
         self._drop(time)
         self._name(time)
@@ -251,7 +258,7 @@ class BallTracker:
         time: float,
     ) -> dict[_Track, int]:
         """Find the most likely detection of each track, which may have none."""
-        tracks = [track for track in self._tracks if not track.is_pocketed]
+        tracks = [each for each in self._tracks if not each.is_pocketed and each.time != time]
         if not (tracks and detections):
             return {}
         lost = np.array([self._is_lost(track, time) for track in tracks])
@@ -292,15 +299,6 @@ class BallTracker:
             self._cut(track)
         self._see(track, detection, time)
 
-    def _begin(self, detection: Detection, time: float) -> None:
-        """Begin a track."""
-        if len(self._tracks) < MAX_BALLS:
-            kinds = deque[str](maxlen=self._settings.window)
-            track = _Track(_row(detection), kinds, detection.kind)
-            track.score = 1
-            self._tracks.append(track)
-            self._see(track, detection, time)
-
     def _see(self, track: _Track, detection: Detection, time: float) -> None:
         track.last.append((time, detection.position))
         track.kinds.append(detection.kind)
@@ -310,7 +308,6 @@ class BallTracker:
         # A moving ball is where it was detected last.
         place = track.window.mean(axis=0) if is_resting else track.window[-1]
         track.estimate = float(place[0]), float(place[1])
-        track.is_confirmed |= track.score >= CONFIRMED
 
     def _cut(self, track: _Track) -> None:
         """Drop the detections from before a motion."""
@@ -368,8 +365,13 @@ class BallTracker:
     def _is_lost(self, track: _Track, time: float) -> bool:
         return time - track.time > self._settings.lost_after
 
-    def _is_over_pocket(self, place: Place) -> bool:
-        return any(math.dist(place, (x, y)) <= size for x, y, size in self._pockets)
+    def _is_free(self, place: Place, time: float) -> bool:
+        """Whether a ball may be at a place [m]: not over a pocket, nor at a ball seen just now."""
+        return not any(math.dist(place, (x, y)) <= size for x, y, size in self._pockets) and all(
+            math.dist(place, track.last[-1][1]) >= self._gap
+            for track in self._tracks
+            if track.time == time
+        )
 
     def _falls(self, track: _Track) -> bool:
         """Whether a ball that is seen no more has fallen into a pocket."""

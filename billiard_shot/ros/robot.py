@@ -23,7 +23,7 @@ def nodes_of(
     camera: bool,
     player: bool,
     interface: str,
-    record: str,
+    record: str = '',
 ) -> dict[str, tuple[str, ...]]:
     """Nodes and their ROS arguments; `ros` are arguments of all nodes."""
     patience = SIMULATION if simulate else ()

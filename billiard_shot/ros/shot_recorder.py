@@ -13,15 +13,12 @@ from rclpy.node import Node
 
 from billiard_shot.calibration.shot_log import ShotLog, ShotLostError, Written
 from billiard_shot.ros import parameters
-from billiard_shot.ros.conversions import check_frame, seconds, sightings_of, xyz
+from billiard_shot.ros.conversions import check_frame, picture_time, seconds, sightings_of, xyz
 from billiard_shot.ros.cue_conversions import measured_stroke
 from billiard_shot.ros.node_runner import LATCHED, spin_node, steady_timer
 from billiard_shot.ros.parameters import checked, OfTable
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL
-
-MAX_AHEAD = 0.1
-"""Longest time by which a picture may be ahead of the clock [s]."""
 
 MAX_GAP = 0.05
 """Largest distance of the tip from the ball at a strike [m]."""
@@ -90,13 +87,8 @@ class ShotRecorder(Node):
         try:
             check_frame('header.frame_id', message.header, self._frame)
             balls = sightings_of(message.balls, message.header.stamp)
-            time = seconds(message.header.stamp)
-            ahead = time - 1e-9 * self.get_clock().now().nanoseconds
-            if not ahead <= MAX_AHEAD:
-                raise ValueError(
-                    f'header.stamp must be at most {MAX_AHEAD:g} s ahead of the clock, got '
-                    f'{ahead:.3g} s'
-                )
+            now = 1e-9 * self.get_clock().now().nanoseconds
+            time = picture_time(message.header.stamp, now)
         except ValueError as error:
             self.get_logger().warning(f'ignored a table state: {error}')
             return

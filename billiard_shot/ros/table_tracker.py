@@ -15,7 +15,7 @@ from std_srvs.srv import Trigger
 from billiard_shot.perception.gate import MAX_DEVIATION
 from billiard_shot.perception.tracker import BallTracker, TrackerSettings
 from billiard_shot.ros import parameters
-from billiard_shot.ros.conversions import ball_message, seconds, time_of
+from billiard_shot.ros.conversions import ball_message, picture_time, time_of
 from billiard_shot.ros.detections import class_counts_of, class_names_of, detected_balls
 from billiard_shot.ros.frames import Frames
 from billiard_shot.ros.node_runner import LATCHED, spin_node, steady_timer
@@ -27,9 +27,6 @@ from billiard_shot.table.outline import outline_of
 
 REPEAT_PERIOD = 0.2
 """Time after which table_state is repeated if there are no pictures [s]."""
-
-MAX_AHEAD = 0.1
-"""Longest time by which a picture may be ahead of the clock [s]."""
 
 MAX_BYTES = 2**19
 """Largest size of a message of detections: some 1,000 detections; to read it takes 0.1 s."""
@@ -119,12 +116,7 @@ class TableTracker(Node):
             if len(raw) > MAX_BYTES:
                 raise ValueError(f'detections must have at most {MAX_BYTES} bytes, got {len(raw)}')
             message: Any = deserialize_message(raw, self._detections_type)
-            time = seconds(message.header.stamp) or now
-            if not time <= now + MAX_AHEAD:
-                raise ValueError(
-                    f'header.stamp must be at most {MAX_AHEAD:g} s ahead of the clock, got '
-                    f'{time - now:.3g} s'
-                )
+            time = picture_time(message.header.stamp, now) or now
             transform = self._frames.between(message.header.frame_id or root, root, time)
             balls, ignored = detected_balls(message.detections, *self._reading, *transform)
         except ValueError as error:
