@@ -12,6 +12,8 @@ from billiard_shot.perception.sightings import (
     largest_deviation,
     moved,
     Sighting,
+)
+from billiard_shot.perception.sightings import (
     uncertain as is_uncertain,
 )
 
