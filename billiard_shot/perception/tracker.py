@@ -138,7 +138,7 @@ class _Track:
     kinds: deque[str]
     kind: str  # class that most of the last detections have
     last: deque[tuple[float, Place]] = field(default_factory=lambda: deque(maxlen=OF_VELOCITY))
-    score: int = 1  # see `CONFIRMED`
+    score: int = 0  # see `CONFIRMED`
     elsewhere: int = 0  # number of successive detections that contradict the resting place
     name: str = ''
     is_confirmed: bool = False
@@ -212,6 +212,9 @@ class BallTracker:
 
     def update(self, detections: Sequence[Detection], time: float) -> None:
         """Take the detections of one picture, which was taken at `time` [s]; there may be none."""
+        if time != self.time:  # messages of one time are one picture
+            for track in self._tracks:
+                track.score -= track.time != self.time
         self._kinds |= dict.fromkeys(each.kind for each in detections)
         places = np.array([each.position for each in detections]).reshape(-1, 2)
         gaps = np.hypot(*(places[:, np.newaxis] - places).T)
@@ -219,9 +222,6 @@ class BallTracker:
         taken = self._assign(detections, places, is_doubled, time)
         for track, k in taken.items():
             self._update(track, detections[k], time)
-        for track in self._tracks:
-            track.score += 1 if track.time == time else -1
-            track.is_confirmed |= track.score >= CONFIRMED
         others = (each for k, each in enumerate(detections) if k not in taken.values())
         for detection in others:
             if self._is_free(detection.position, time) and len(self._tracks) < MAX_BALLS:
@@ -300,6 +300,8 @@ class BallTracker:
         self._see(track, detection, time)
 
     def _see(self, track: _Track, detection: Detection, time: float) -> None:
+        track.score += 1
+        track.is_confirmed |= track.score >= CONFIRMED
         track.last.append((time, detection.position))
         track.kinds.append(detection.kind)
         is_resting = self._is_resting(track)

@@ -156,7 +156,8 @@ class Turn:
             ruling = None
             while ruling is None:
                 self.tell(TurnStage.WATCH, 'the balls roll', shot_id, {})
-                places, unseen = self.table.after_shot(result.strike.header.stamp)
+                places, others = self.table.after_shot(result.strike.header.stamp)
+                unseen = [name for name in others if name in state.balls]
                 ruling = self._ruling(state, decision, shot_id, places, unseen)
             self._judged(state, decision, ruling, shot_id)
             if unseen:

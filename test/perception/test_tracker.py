@@ -250,6 +250,17 @@ def test_a_false_ball_does_not_bring_back_one_that_was_potted():
     assert camera.tracker.pocketed == {'8'}
 
 
+def test_two_cameras_may_take_a_picture_at_one_time():
+    """Each sees one half of the table; both see the ball in the middle."""
+    camera = Camera(0.5e-3, 24)
+    for _ in range(60):
+        camera.time += PERIOD
+        for names in (('cue', '9'), ('3', '8', '9')):
+            camera.tracker.update([camera.detection(name) for name in names], camera.time)
+    assert set(camera.balls()) == set(PLACES)
+    assert all(ball.is_seen for ball in camera.balls().values())
+
+
 def test_a_ball_that_rattles_in_the_jaws_and_is_seen_no_more_is_pocketed():
     """Its last motion is along the hole and back, not towards it."""
     camera = Camera(0.5e-3, 23, pockets=[(1.2, 0.6, 0.06)])
