@@ -9,7 +9,6 @@ from collections.abc import Iterator
 from itertools import combinations, product
 
 import numpy as np
-from scipy.optimize import nnls
 
 from billiard_shot.perception.sightings import Balls, SURE_SIGMAS
 from billiard_shot.records import Array
@@ -17,14 +16,14 @@ from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import no_place, nose_standoff
 from billiard_shot.scene.rack import Place
 
-GAP_AFTER_MOVE = 1e-7
+GAP_AFTER_MOVE = 1e-6
 """Gap between balls, and to a cushion, after they were moved [m]."""
 
 NEIGHBOUR_SIGMAS = 3.0 * SURE_SIGMAS
 """Balls farther apart, and from a cushion, than so many standard deviations do not meet."""
 
-SMALLEST_SCALE = 1e-9
-"""Smallest residual of a problem that has a solution."""
+MAX_ROUNDS = 1000
+"""Largest number of rounds over all limits: a rack takes some 100."""
 
 Limit = tuple[Array, float]
 """Coefficients (balls, 2) of the moves of all balls, and the least sum of the products [m]."""
@@ -45,17 +44,19 @@ def positions_of(balls: Balls, scene: Scene) -> dict[str, Place]:
     if not any(least > 0.0 for _, least in limits):
         return seen
     rows = np.array([(row * deviations[:, np.newaxis]).ravel() for row, _ in limits])
-    lengths = np.linalg.norm(rows, axis=1)
     least = np.array([least for _, least in limits])
-    # Least distance programming: Lawson and Hanson, "Solving Least Squares Problems", chapter 23.
-    matrix = np.vstack([rows.T, least]) / lengths
-    goal = np.zeros(len(matrix))
-    goal[-1] = 1.0
-    *moves, scale = matrix @ nnls(matrix, goal)[0] - goal
-    if not scale < -SMALLEST_SCALE:
-        return seen  # there is no place for all
-    moved = places + deviations[:, np.newaxis] * np.reshape(moves, (-1, 2)) / -scale
-    return {name: (x, y) for name, (x, y) in zip(seen, moved.tolist(), strict=True)}
+    products = rows @ rows.T
+    # Hildreth's method ("A quadratic programming procedure", 1957): the multipliers one by one.
+    multipliers = np.zeros(len(limits))
+    for _ in range(MAX_ROUNDS):
+        for i, row in enumerate(products):
+            step = (least[i] - row @ multipliers) / row[i]
+            multipliers[i] = max(0.0, multipliers[i] + step)
+        if (least - products @ multipliers).max() < 0.5 * GAP_AFTER_MOVE:
+            moves = (rows.T @ multipliers).reshape(-1, 2)
+            moved = (places + deviations[:, np.newaxis] * moves).tolist()
+            return {name: (x, y) for name, (x, y) in zip(seen, moved, strict=True)}
+    return seen  # there is no place for all
 
 
 def _apart(places: Array, deviations: Array, scene: Scene) -> Iterator[Limit]:
