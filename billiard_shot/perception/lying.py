@@ -23,7 +23,7 @@ NEIGHBOUR_SIGMAS = 3.0 * SURE_SIGMAS
 """Balls farther apart, and from a cushion, than so many standard deviations do not meet."""
 
 MAX_ROUNDS = 1000
-"""Largest number of rounds over all limits: a rack takes some 100."""
+"""Largest number of rounds over all limits: a rack takes up to 40."""
 
 Limit = tuple[Array, float]
 """Coefficients (balls, 2) of the moves of all balls, and the least sum of the products [m]."""
