@@ -17,6 +17,7 @@ from launch.substitutions import (
     EqualsSubstitution,
     IfElseSubstitution,
     LaunchConfiguration,
+    NotSubstitution,
     OrSubstitution,
     PathJoinSubstitution,
 )
@@ -62,6 +63,7 @@ ARGUMENTS = {
         'with simulate, the simulated table publishes the detections',
     ),
     'player': ('false', 'true starts the node that plays the turns of the action play_turn'),
+    'record': ('', 'file .csv to which the shot_recorder adds all shots; if empty, no recorder'),
     'model': ('true', 'false leaves out the robot model of the mechanical cue and its transforms'),
     'rviz': ('false', 'true starts RViz, with a view of table, balls, stroke and plan'),
     'autostart': ('true', 'false leaves it to the operator to configure and activate cue_driver'),
@@ -174,6 +176,11 @@ def generate_launch_description():
                 condition=IfCondition(VALUE['player']),
             ),
             node('table_tracker', condition=IfCondition(VALUE['camera'])),
+            node(
+                'shot_recorder',
+                settings=[{'file': ParameterValue(VALUE['record'], value_type=str)}],
+                condition=IfCondition(NotSubstitution(EqualsSubstitution(VALUE['record'], ''))),
+            ),
             node(
                 'table_sim',
                 settings=[{'camera': ParameterValue(VALUE['camera'], value_type=bool)}],

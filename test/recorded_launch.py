@@ -56,6 +56,7 @@ SUBSTITUTIONS = {
     'EqualsSubstitution': lambda one, two: Substitution(
         lambda context: said(text(one, context) == text(two, context))
     ),
+    'NotSubstitution': lambda one: Substitution(lambda context: said(not is_true(one, context))),
     'AndSubstitution': lambda one, two: Substitution(
         lambda context: said(is_true(one, context) and is_true(two, context))
     ),

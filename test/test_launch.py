@@ -131,6 +131,13 @@ def test_a_player_serves_turns(launch_file):
     assert player.respawn
 
 
+def test_shots_are_recorded_if_a_file_is_named(launch_file):
+    assert 'shot_recorder' not in started(launch_file)
+    recorder = started(launch_file, record='/tmp/shots.csv', scene='paper')['shot_recorder']
+    assert recorder.settings['file'] == '/tmp/shots.csv'
+    assert recorder.settings['scene'] == 'paper'
+
+
 def test_the_launch_without_arguments_has_one_scene_with_a_guided_cue(launch_file):
     (scene,) = {node.settings['scene'] for node in started(launch_file).values()}
     assert Scene.load(scene).cue.guided

@@ -2,14 +2,17 @@
 
 from collections import deque
 import csv
+from itertools import chain, count
 import math
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import yaml
 
-from billiard_shot.calibration.csv_file import LONGEST_SHOT, WRITTEN
+from billiard_shot.calibration.csv_file import LONGEST_SHOT, opened, WRITTEN
 from billiard_shot.perception.sightings import Balls
+from billiard_shot.scene.errors import must_be
+from billiard_shot.scene.fields import LONGEST_NAME
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.stroke import Stroke
 
@@ -18,7 +21,6 @@ BEFORE = 1.0
 
 REST = 1.0
 """Time for which no ball moves at the end of a shot [s]."""
-
 
 LEAST_SIGMA = 1e-6
 """Smaller deviations are not written [m]: the positions are said to be exact."""
@@ -29,6 +31,17 @@ class Seen(NamedTuple):
 
     time: float
     balls: Balls
+
+
+class Written(NamedTuple):
+    """A shot that has been written."""
+
+    shot: str  # its name
+    why_early: str  # why it was not followed until the balls rested; '' if it was
+
+
+class ShotLostError(RuntimeError):
+    """A shot cannot be written; the message says which, and why."""
 
 
 class ShotLog:
@@ -42,30 +55,48 @@ class ShotLog:
     scene : str
         Name or path of the scene, for the description.
 
+    Raises
+    ------
+    ValueError
+        If the file is not a recording of this scene, with what it has instead.
+
     """
 
     def __init__(self, path: Path, scene: str) -> None:
         self._path, self._about = path, path.with_suffix('.yaml')
-        self._content = yaml.safe_load(self._about.read_text()) if self._about.exists() else {}
-        self._content |= {'scene': scene, 'struck': CUE_BALL}
+        self._names = _names_in(path)
+        self._content = _description(self._about, {'scene': scene, 'struck': CUE_BALL})
         self._seen: deque[Seen] = deque()
         self._shot = ''
+        self._stroke: Stroke
+        self._before = 0  # number of pictures before the strike
         self._struck = self._moved = -math.inf  # times of the strike, and of the last motion, s
 
-    def see(self, time: float, balls: Balls) -> str:
-        """Note balls at a time [s]; return the name of the shot if it is over and written."""
-        if self._seen and not time > self._seen[-1].time:
-            return ''  # a repetition
+    @property
+    def is_open(self) -> bool:
+        """Whether a shot has begun that is not over yet."""
+        return bool(self._shot)
+
+    def see(self, time: float, balls: Balls) -> Written | None:
+        """Note balls at a time [s]; return the shot if it is over and written."""
+        written = None
+        if self._seen and time <= (last := self._seen[-1].time):
+            if time == last:
+                return None  # a repetition
+            if len(self._seen) > self._before:
+                written = self.finish(f'the clock was set back by {last - time:.3g} s')
+            self._seen.clear()
+            self._before = 0
         self._seen.append(Seen(time, balls))
         if not self._shot:
             while time - self._seen[0].time > BEFORE:
                 self._seen.popleft()
-            return ''
-        if any(ball.is_moving for ball in balls.values()):
+            return written
+        if any(ball.is_seen and ball.is_moving for ball in balls.values()):
             self._moved = time
-        if time - max(self._moved, self._struck) < REST and time - self._struck < LONGEST_SHOT:
-            return ''
-        return self._write()
+        if time - self._struck >= LONGEST_SHOT:
+            return self.finish(f'the balls have not rested after {LONGEST_SHOT:g} s')
+        return self.finish() if time - max(self._moved, self._struck) >= REST else None
 
     def seen_before(self, time: float) -> Balls:
         """
@@ -81,27 +112,40 @@ class ShotLog:
             found = each.balls
         return found
 
-    def strike(self, shot: str, time: float, stroke: Stroke) -> None:
-        """Begin a shot; one that is not over yet ends."""
-        if self._shot:
-            self._write()
-        self._shot, self._struck = shot, time
-        self._content.setdefault('strokes', {})[shot] = stroke.in_degrees()
+    def strike(self, shot: str, time: float, stroke: Stroke) -> str:
+        """
+        Begin a shot; return its name, which is another one if the recording has one of this name.
 
-    def _write(self) -> str:
-        """Write the shot, and forget it; return its name."""
-        new = not self._path.exists()
-        with self._path.open('a', encoding='utf-8', newline='') as file:
-            writer = csv.writer(file)
-            if new:
-                writer.writerow(WRITTEN)
-            for time, balls in self._seen:
-                writer.writerows(self._rows(time, balls))
-        self._about.write_text(yaml.safe_dump(self._content), encoding='utf-8')
-        shot, self._shot = self._shot, ''
+        A shot that is not over yet must be finished before.
+        """
+        others = (f'{shot[: LONGEST_NAME - 8]}_{number}' for number in count(2))
+        name = next(each for each in chain([shot], others) if each not in self._names)
+        self._names.add(name)
+        self._shot, self._stroke = name, stroke
+        self._struck, self._before = time, len(self._seen)
+        return name
+
+    def finish(self, why_early: str = '') -> Written | None:
+        """Write the shot, and forget it, also after ShotLostError; None if there is none."""
+        if not self._shot:
+            return None
+        shot, rows = self._shot, [row for seen in self._seen for row in self._rows(*seen)]
+        self._shot = ''
         while len(self._seen) > 1:
             self._seen.popleft()  # the next strike may come before the next picture
-        return shot
+        if not rows:
+            raise ShotLostError(f'shot {shot!r} is lost: no picture shows a ball')
+        try:
+            with self._path.open('a', encoding='utf-8', newline='') as file:
+                if not file.tell():
+                    rows.insert(0, WRITTEN)
+                csv.writer(file).writerows(rows)
+            strokes = self._content.setdefault('strokes', {})
+            strokes[shot] = self._stroke.in_degrees()
+            self._about.write_text(yaml.safe_dump(self._content), encoding='utf-8')
+        except OSError as error:
+            raise ShotLostError(f'shot {shot!r} is lost: {error}') from None
+        return Written(shot, why_early)
 
     def _rows(self, time: float, balls: Balls) -> list[tuple[object, ...]]:
         """Return the lines of the balls that are seen in a message of a time [s]."""
@@ -114,3 +158,26 @@ class ShotLog:
                 after = (ball.time or time) - self._struck
                 rows.append((self._shot, f'{after:.4f}', name, f'{x:.5f}', f'{y:.5f}', shown))
         return rows
+
+
+def _names_in(path: Path) -> set[str]:
+    """Names of the shots of a recording; it may not exist yet, but must have the same columns."""
+    if not path.exists() or not path.stat().st_size:
+        return set()
+    with opened(path) as file:
+        rows = csv.reader(file)
+        if tuple(header := next(rows)) != WRITTEN:
+            raise ValueError(f'{path}: the header {must_be(",".join(WRITTEN), ",".join(header))}')
+        return {row[0] for row in rows if row}
+
+
+def _description(path: Path, own: dict[str, str]) -> dict[str, Any]:
+    """Read the description of a recording, and add `own` fields; ValueError if it has others."""
+    try:
+        content = (yaml.safe_load(path.read_text()) if path.exists() else None) or {}
+        for name, value in own.items():
+            if content.get(name, value) != value:
+                raise ValueError(f'{path}: {name} {must_be(repr(value), content[name])}')
+    except (OSError, AttributeError, UnicodeDecodeError, yaml.YAMLError) as error:
+        raise ValueError(f'{path}: must be the description of a recording ({error})') from None
+    return content | own

@@ -64,6 +64,12 @@ def plane_covariance(field: str, values: Sequence[float]) -> tuple[float, float,
     )
 
 
+def check_systematic_error(field: str, value: float) -> None:
+    """Check the systematic error of a position [m]."""
+    if not 0.0 <= value <= MAX_DEVIATION:
+        raise ValueError(f'{field} must be from 0 to {MAX_DEVIATION:g} m, got {value}')
+
+
 def check_quaternion(field: str, values: Sequence[float]) -> None:
     """Check that a quaternion is a rotation: its length is 1."""
     if not abs(math.hypot(*values) - 1.0) <= MAX_LENGTH_ERROR:

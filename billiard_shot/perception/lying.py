@@ -2,24 +2,31 @@
 Places where balls can lie, from sightings with errors.
 
 Balls that touch each other or a cushion are seen to overlap by the errors of the camera. They are
-moved apart, and out of the cushion.
+moved as little as possible, so that they do not.
 """
 
-from itertools import combinations
-import math
+from collections.abc import Iterator
+from itertools import combinations, product
 
-from billiard_shot.perception.sightings import Balls, distance_between, Sighting, SURE_SIGMAS
+import numpy as np
+
+from billiard_shot.perception.sightings import Balls, SURE_SIGMAS
+from billiard_shot.records import Array
 from billiard_shot.scene import Scene
-from billiard_shot.scene.placement import no_place
+from billiard_shot.scene.placement import no_place, nose_standoff
 from billiard_shot.scene.rack import Place
-from billiard_shot.table.effects import params_on_table
-from billiard_shot.table.geometry import layout_of
 
-MAX_MOVE_ROUNDS = 200
-"""Largest number of rounds in which balls are moved: a rack takes 32."""
-
-GAP_AFTER_MOVE = 1e-7
+GAP_AFTER_MOVE = 1e-6
 """Gap between balls, and to a cushion, after they were moved [m]."""
+
+NEIGHBOUR_SIGMAS = 3.0 * SURE_SIGMAS
+"""Balls farther apart, and from a cushion, than so many standard deviations do not meet."""
+
+MAX_ROUNDS = 1000
+"""Largest number of rounds over all limits: a rack takes up to 40."""
+
+Limit = tuple[Array, float]
+"""Coefficients (balls, 2) of the moves of all balls, and the least sum of the products [m]."""
 
 
 def positions_of(balls: Balls, scene: Scene) -> dict[str, Place]:
@@ -27,51 +34,59 @@ def positions_of(balls: Balls, scene: Scene) -> dict[str, Place]:
     Positions (x, y) [m] of balls on the table of a scene, by name.
 
     Balls that overlap each other or a cushion by no more than `SURE_SIGMAS` standard deviations
-    are moved until they touch. Larger overlaps are kept; the caller must reject them.
+    are moved until they touch. The sum of the squares of all moves, in standard deviations of each
+    ball, is the smallest. Larger overlaps are kept; the caller must reject them.
     """
-    places = {name: ball.position for name, ball in balls.items()}
-    diameter = 2.0 * scene.ball.radius
-    pairs = []
-    for one, other in combinations(balls, 2):
-        distance, deviation = distance_between(balls[one], balls[other])
-        if diameter - distance <= SURE_SIGMAS * deviation:
-            pairs.append((one, other))
-    bed = _bed(scene)
-    for _ in range(MAX_MOVE_ROUNDS):
-        moved = [_push(places, *pair, diameter) for pair in pairs]
-        moved += [_pull(places, name, ball, scene, bed) for name, ball in balls.items()]
-        if not any(moved):
-            break
-    return places
+    seen = {name: ball.position for name, ball in balls.items()}
+    places = np.array(list(seen.values())).reshape(-1, 2)
+    deviations = np.array([ball.deviation for ball in balls.values()])
+    limits = [*_apart(places, deviations, scene), *_in_bed(places, deviations, scene)]
+    if not any(least > 0.0 for _, least in limits):
+        return seen
+    rows = np.array([(row * deviations[:, np.newaxis]).ravel() for row, _ in limits])
+    least = np.array([least for _, least in limits])
+    products = rows @ rows.T
+    # Hildreth's method ("A quadratic programming procedure", 1957): the multipliers one by one.
+    multipliers = np.zeros(len(limits))
+    for _ in range(MAX_ROUNDS):
+        for i, row in enumerate(products):
+            step = (least[i] - row @ multipliers) / row[i]
+            multipliers[i] = max(0.0, multipliers[i] + step)
+        if (least - products @ multipliers).max() < 0.5 * GAP_AFTER_MOVE:
+            moves = (rows.T @ multipliers).reshape(-1, 2)
+            moved = (places + deviations[:, np.newaxis] * moves).tolist()
+            return {name: (x, y) for name, (x, y) in zip(seen, moved, strict=True)}
+    return seen  # there is no place for all
 
 
-def _bed(scene: Scene) -> Place:
-    """Half of the length and width of the rectangle in which centres of balls can be [m]."""
-    numbers = layout_of(*params_on_table(scene)).numbers
-    return numbers.centre_half_length - GAP_AFTER_MOVE, numbers.centre_half_width - GAP_AFTER_MOVE
+def _apart(places: Array, deviations: Array, scene: Scene) -> Iterator[Limit]:
+    """Limits that keep balls apart which may touch, along the lines on which they were seen."""
+    for i, k in combinations(range(len(places)), 2):
+        way, deviation = places[k] - places[i], np.hypot(deviations[i], deviations[k])
+        distance = np.hypot(*way)
+        overlap = 2.0 * scene.ball.radius - distance
+        if distance > 0.0 and _may_touch(overlap, deviation):
+            row = np.zeros_like(places)
+            row[k], row[i] = way / distance, -way / distance
+            yield row, overlap + GAP_AFTER_MOVE
 
 
-def _push(places: dict[str, Place], one: str, other: str, diameter: float) -> bool:
-    """Move two balls apart, by the same distance each; return whether they overlapped."""
-    (x, y), (u, v) = places[one], places[other]
-    distance = math.hypot(u - x, v - y)
-    if not 0.0 < distance < diameter:
-        return False
-    part = 0.5 * (diameter + GAP_AFTER_MOVE - distance) / distance
-    places[one] = x - part * (u - x), y - part * (v - y)
-    places[other] = u + part * (u - x), v + part * (v - y)
-    return True
+def _in_bed(places: Array, deviations: Array, scene: Scene) -> Iterator[Limit]:
+    """Limits that keep balls out of cushions which they may touch; not in mouths of pockets."""
+    if scene.table is None:
+        return
+    standoff = nose_standoff(scene.table.cushion, scene.ball.radius)
+    half = 0.5 * scene.table.length - standoff, 0.5 * scene.table.width - standoff
+    for i, axis, sign in product(range(len(places)), (0, 1), (-1.0, 1.0)):
+        x, y = places[i].tolist()
+        overlap = sign * (x, y)[axis] - half[axis]
+        is_in_mouth = overlap > 0.0 and not no_place(scene.table, x, y, scene.ball.radius)
+        if _may_touch(overlap, deviations[i]) and not is_in_mouth:
+            row = np.zeros_like(places)
+            row[i, axis] = -sign
+            yield row, overlap + GAP_AFTER_MOVE
 
 
-def _pull(places: dict[str, Place], name: str, ball: Sighting, scene: Scene, bed: Place) -> bool:
-    """Move a ball out of a cushion, if it may lie at it; return whether it has moved."""
-    x, y = places[name]
-    if not no_place(scene.table, x, y, scene.ball.radius):
-        return False
-    along, across = bed
-    inside = min(max(x, -along), along), min(max(y, -across), across)
-    xx, _, yy = ball.covariance
-    if not 0.0 < math.dist(inside, (x, y)) <= SURE_SIGMAS * math.sqrt(max(xx, yy)):
-        return False
-    places[name] = inside
-    return True
+def _may_touch(overlap: float, deviation: float) -> bool:
+    """Whether an overlap with a standard deviation [m] may be 0; negative overlaps are gaps."""
+    return -NEIGHBOUR_SIGMAS * deviation < overlap <= SURE_SIGMAS * deviation

@@ -18,24 +18,29 @@ class RestWatch:
         self._last: Balls = {}
         self._since = -math.inf  # when they were last seen to move [s]
 
-    def restless(self, balls: Balls, now: float) -> str:
-        """Say why the balls do not rest at the time `now` [s]; '' if all rest."""
+    def restless(self, balls: Balls, now: float, unseen_time: float = math.inf) -> str:
+        """
+        Say why the balls do not rest at the time `now` [s]; '' if all rest.
+
+        Balls that are not seen count as resting once all others have rested for `unseen_time` [s].
+        """
         moving = [name for name in balls if not _rests(balls[name], self._last.get(name))]
         if moving or balls.keys() != self._last.keys():
             self._last, self._since = balls, now
-        elif now - self._since > REST_TIME:
+        rested = now - self._since
+        unseen = [name for name in balls if not balls[name].is_seen]
+        if rested > (unseen_time if unseen else REST_TIME):
             return ''
-        if not moving:
-            return f'the balls have not rested for {REST_TIME:g} s'
-        name = moving[0]
-        return f'ball {name!r} {"moves on" if balls[name].is_seen else "is not seen"}'
+        for name in (*moving, *unseen):
+            return f'ball {name!r} {"moves on" if balls[name].is_seen else "is not seen"}'
+        return f'the balls have not rested for {REST_TIME:g} s'
 
 
 def _rests(ball: Sighting, last: Sighting | None) -> bool:
-    """Whether a ball is seen at rest where it was before."""
+    """Whether a ball is where it was before, or was and is not seen."""
     return (
-        ball.is_seen
-        and not ball.is_moving
-        and last is not None
+        last is not None
+        and ball.is_seen == last.is_seen
+        and not (ball.is_seen and ball.is_moving)
         and math.dist(ball.position, last.position) <= REST_DISTANCE
     )

@@ -18,25 +18,30 @@ class Sighting:
     """One ball, as it was last detected."""
 
     position: tuple[float, float]  # centre, x and y in the frame `table`, m
-    covariance: tuple[float, float, float] = (0.0, 0.0, 0.0)  # xx, xy, yy, m^2; zeros: exact
+    # xx, xy, yy, m^2, without errors that all pictures have in common; zeros: exact
+    covariance: tuple[float, float, float] = (0.0, 0.0, 0.0)
     is_seen: bool = True  # at present; if it is not seen, it may be anywhere
     is_moving: bool = False
     time: float = 0.0  # of the last detection, on the clock of the messages, s; 0: not known
+    systematic_error: float = 0.0  # of x and y, in all pictures: standard deviation, m
+
+    @property
+    def deviation(self) -> float:
+        """
+        Standard deviation of a coordinate from where the ball is [m]; 0 if the place is exact.
+
+        It is the root of the mean of both variances, with the systematic error.
+        """
+        xx, _, yy = self.covariance
+        return math.sqrt(0.5 * (xx + yy) + self.systematic_error**2)
 
 
 Balls = Mapping[str, Sighting]
 
 
 def largest_deviation(balls: Balls) -> float:
-    """
-    Largest standard deviation of a coordinate of a ball [m]; 0 if all positions are exact.
-
-    It is the root of the mean of both variances of the ball.
-    """
-    return max(
-        (math.sqrt(0.5 * (each.covariance[0] + each.covariance[2])) for each in balls.values()),
-        default=0.0,
-    )
+    """Largest standard deviation of a coordinate of a ball [m]; 0 if all positions are exact."""
+    return max((each.deviation for each in balls.values()), default=0.0)
 
 
 def moved(planned: Balls, seen: Balls, tolerance: float, may_be_hidden: bool = False) -> str:
@@ -45,7 +50,8 @@ def moved(planned: Balls, seen: Balls, tolerance: float, may_be_hidden: bool = F
 
     A ball lies elsewhere if its distance from the planned place is more than `tolerance` [m] plus
     `SURE_SIGMAS` standard deviations of that distance. The errors of both positions are
-    independent. A ball that is not seen lies where it was last seen if it `may_be_hidden`.
+    independent; systematic errors are the same in both, and do not count. A ball that is not seen
+    lies where it was last seen if it `may_be_hidden`.
     """
     for name in sorted(planned.keys() | seen.keys()):
         if name not in seen:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+import math
 from time import monotonic
 from typing import Any
 import uuid
@@ -41,6 +42,7 @@ QUIET_WAIT = 2.0  # s of waiting after which the client logs the reason
 REMINDER = 8.0  # s after which it logs that again
 ANSWER_TIMEOUT = 30.0  # s in which a node answers, if the machine is busy
 PLAN_TIME = 600.0  # s for a plan
+UNSEEN_TIME = 5.0  # s without a sight of a ball, while all others rest, until a shot is over
 # s in which a node ends a cancelled goal. If the client went on before, the next shot could be
 # refused because the driver is busy.
 CANCEL_TIME = 10.0
@@ -239,19 +241,22 @@ class RobotClient(Node):
             raise TableUnknownError('table_state: no message received')
         return self.table
 
-    def wait_for_rest(self, strike: Time | None = None, seconds: float = 60.0) -> Balls:
+    def wait_for_rest(
+        self, strike: Time | None = None, seconds: float = 60.0, unseen_time: float = math.inf
+    ) -> Balls:
         """
         Wait until all balls rest, and return those on the table.
 
         Detections from before the strike are ignored, because a camera or simulation without
-        enough processor time shows the earlier positions for a while. If no newer table state is
-        received, or a ball moves on or is not seen, TableUnknownError says so.
+        enough processor time shows the earlier positions for a while. Balls that are not seen are
+        returned, too, once all others have rested for `unseen_time` [s]. If no newer table state
+        is received, or a ball moves on or is not seen, TableUnknownError says so.
         """
         deadline = monotonic() + seconds
         watch = RestWatch()
         while True:
             balls = self.balls()
-            why = self._early(balls, strike) or watch.restless(balls, monotonic())
+            why = self._early(balls, strike) or watch.restless(balls, monotonic(), unseen_time)
             if not why:
                 return balls
             if monotonic() > deadline:
@@ -263,7 +268,7 @@ class RobotClient(Node):
         if strike is None:
             return ''
         times = {'the picture': conversions.seconds(self.known_table().header.stamp)}
-        times |= {f'ball {name!r}': ball.time for name, ball in balls.items()}
+        times |= {f'ball {name!r}': ball.time for name, ball in balls.items() if ball.is_seen}
         for name, time in times.items():
             if 0.0 < time <= conversions.seconds(strike):
                 return f'{name} is from before the strike'

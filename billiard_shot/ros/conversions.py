@@ -36,6 +36,9 @@ MAX_STROKES = 10_000
 MAX_KEY_TIMES = 8
 """Largest number of samples in a short answer."""
 
+MAX_AHEAD = 0.1
+"""Longest time by which a picture may be ahead of the clock [s]."""
+
 HEIGHT_ERROR = 5e-3
 """Largest error of the measured height of a ball that lies on the cloth [m]."""
 
@@ -152,16 +155,30 @@ def sightings_of(
         if ball.state not in (BallState.ON_TABLE, BallState.UNKNOWN):
             raise ValueError(f'{field}: state of {ball.id!r} must be 0, 1 or 2, got {ball.state}')
         is_seen = ball.state == BallState.ON_TABLE
-        where = f'{field}: ball {ball.id!r}: position'
-        gate.check_position(where, xyz(ball.position))
+        where = f'{field}: ball {ball.id!r}'
+        gate.check_position(f'{where}: position', xyz(ball.position))
+        gate.check_systematic_error(f'{where}: systematic_error', ball.systematic_error)
         sightings[ball.id] = Sighting(
             (ball.position.x, ball.position.y),
-            gate.plane_covariance(f'{where}_covariance', ball.position_covariance.tolist()),
+            gate.plane_covariance(
+                f'{where}: position_covariance', ball.position_covariance.tolist()
+            ),
             is_seen=is_seen,
             is_moving=ball.moving,
             time=seconds(ball.last_seen) or (seconds(stamp) if stamp and is_seen else 0.0),
+            systematic_error=ball.systematic_error,
         )
     return sightings
+
+
+def picture_time(stamp: Time, now: float) -> float:
+    """Read the time of a picture [s], which may hardly be later than `now` [s]."""
+    ahead = seconds(stamp) - now
+    if not ahead <= MAX_AHEAD:
+        raise ValueError(
+            f'header.stamp must be at most {MAX_AHEAD:g} s ahead of the clock, got {ahead:.3g} s'
+        )
+    return seconds(stamp)
 
 
 def ball_message(name: str, ball: Sighting) -> BallState:
@@ -174,6 +191,7 @@ def ball_message(name: str, ball: Sighting) -> BallState:
         position_covariance=[xx, xy, 0.0, xy, yy, 0.0, 0.0, 0.0, 0.0],
         moving=ball.is_moving,
         last_seen=time_of(ball.time),
+        systematic_error=ball.systematic_error,
     )
 
 

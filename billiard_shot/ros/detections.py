@@ -1,6 +1,8 @@
 """Detections of balls in the messages of a camera (vision_msgs/msg/Detection3DArray)."""
 
-from collections.abc import Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+import re
 from typing import Any
 
 import numpy as np
@@ -10,19 +12,37 @@ from billiard_shot.perception.tracker import Detection
 from billiard_shot.records import Array
 from billiard_shot.ros.conversions import xyz
 from billiard_shot.scene.errors import must_be
+from billiard_shot.scene.placement import CUE_BALL
+
+CLASS = re.compile(r'(?:(?P<class_id>[^=*]+)=)?(?P<name>[^=*]+)(?:\*(?P<count>[1-9]\d?))?')
+"""A class of detections: its id, if that is not the name of the ball, and the number of balls."""
 
 
 def class_names_of(entries: Sequence[str]) -> dict[str, str]:
-    """Names of balls by class id, from names such as `8` and pairs such as `white=cue`."""
+    """Names of balls by class id, from entries such as `8`, `white=cue` and `solid*7`."""
     names = {}
     for entry in entries:
-        class_id, sign, name = entry.partition('=')
-        if not class_id or bool(sign) != bool(name):
-            allowed = "names such as '8' or pairs such as 'white=cue'"
+        found = CLASS.fullmatch(entry)
+        most = 1 if found and found['name'] == CUE_BALL else gate.MAX_BALLS
+        if not found or int(found['count'] or 1) > most:
+            allowed = f"such as '8', 'white=cue' or 'solid*7', with at most {most} balls"
             raise ValueError(f'class_names {must_be(allowed, entry)}')
-        names[class_id] = name or class_id
-        gate.check_name('class_names', f'{names[class_id]}_{gate.MAX_BALLS}')  # the longest name
+        names[found['class_id'] or found['name']] = found['name']
+        gate.check_name('class_names', f'{found["name"]}_{gate.MAX_BALLS}')  # the longest name
     return names
+
+
+def class_counts_of(entries: Sequence[str], balls: Iterable[str]) -> dict[str, int]:
+    """
+    Numbers of balls of classes with more than one, by name.
+
+    A number that is not stated is that of the `balls` of a scene, named `solid`, `solid_2`, ...
+    """
+    counts = Counter(re.sub(r'_\d+$', '', name) for name in balls)
+    for found in filter(None, map(CLASS.fullmatch, entries)):
+        if found['count']:
+            counts[found['name']] = int(found['count'])
+    return counts | Counter([CUE_BALL])
 
 
 def detected_balls(

@@ -1,6 +1,6 @@
 """The table of a robot in a game: watches the balls, has them put in their places."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import replace
 import math
 from time import monotonic
@@ -18,7 +18,7 @@ from billiard_shot.game.seen import Places
 from billiard_shot.game.state import State
 from billiard_shot.perception.lying import positions_of
 from billiard_shot.perception.sightings import Balls
-from billiard_shot.ros.client import RobotClient, TableUnknownError
+from billiard_shot.ros.client import RobotClient, TableUnknownError, UNSEEN_TIME
 from billiard_shot.ros.game_conversions import balls_message
 from billiard_shot.ros.node_runner import LATCHED
 from billiard_shot.shot.replay import from_json
@@ -26,6 +26,7 @@ from billiard_shot.shot.replay import from_json
 PLACE_TOLERANCE = 0.01  # m of a ball from its place; the player then decides for where it lies
 PLACE_TIME = 600.0  # s in which balls are put somewhere by hand
 FORGET_PERIOD = 2.0  # s between two calls that make a tracker forget the balls
+FOUND_TIME = 10.0  # s in which a tracker finds balls again
 RECORD_TIME = 5.0  # s in which a simulated table publishes its record of a shot
 
 
@@ -48,6 +49,23 @@ class GameTable:
     def places_at_rest(self, strike: Time | None = None) -> Places:
         """Wait until all balls rest, see `RobotClient.wait_for_rest`; return their places [m]."""
         return positions_of(self.client.wait_for_rest(strike), self.scene)
+
+    def after_shot(self, strike: Time) -> tuple[Places, list[str]]:
+        """Wait until all balls that are seen rest; return their places [m], and the others."""
+        balls = self.client.wait_for_rest(strike, unseen_time=UNSEEN_TIME)
+        seen = {name: ball for name, ball in balls.items() if ball.is_seen}
+        return positions_of(seen, self.scene), [name for name in balls if name not in seen]
+
+    def are_found(self, names: Collection[str]) -> bool:
+        """Whether each of these balls is seen, or known to have fallen into a pocket."""
+        balls = self.client.balls()
+        return all(name not in balls or balls[name].is_seen for name in names)
+
+    def forget_all_but(self, left: Collection[str]) -> None:
+        """Have a tracker forget balls that are gone; wait until it has found the others again."""
+        if self._forget.service_is_ready():
+            self.client.call(self._forget, Trigger.Request(), attempts=3)
+            self.client.until(lambda: self.client.balls().keys() == set(left), FOUND_TIME)
 
     def record(self) -> Outcome | None:
         """

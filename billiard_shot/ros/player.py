@@ -24,7 +24,7 @@ from billiard_shot.planning.at_rest import reached_at_rest
 from billiard_shot.planning.statistics import estimate_in_words
 from billiard_shot.planning.targets import Target
 from billiard_shot.ros import conversions
-from billiard_shot.ros.client import RobotClient, VALIDITY
+from billiard_shot.ros.client import RobotClient, UNSEEN_TIME, VALIDITY
 from billiard_shot.ros.client_program import add_client_arguments, CLIENT_HELP, run_client
 from billiard_shot.ros.cue_parameters import within_mechanism
 from billiard_shot.ros.game_table import GameTable
@@ -82,8 +82,8 @@ def play_shot(client: RobotClient, name: str, goal: ExecuteShot.Goal, arm: bool)
             f'elevation {result.elevation:.5f} rad'
         )
     say(executed)
-    balls = client.wait_for_rest(result.strike.header.stamp)
-    if CUE_BALL not in balls:
+    balls = client.wait_for_rest(result.strike.header.stamp, unseen_time=UNSEEN_TIME)
+    if CUE_BALL not in balls or not balls[CUE_BALL].is_seen:
         say('  outcome     the cue ball is not on the table')
     else:
         x, y = balls[CUE_BALL].position

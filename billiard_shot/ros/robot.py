@@ -26,7 +26,13 @@ PROCESS_POLL_PERIOD = 0.2  # s between two checks whether all nodes still run
 
 
 def nodes_of(
-    ros: Sequence[str], scene: str, simulate: bool, camera: bool, player: bool, interface: str
+    ros: Sequence[str],
+    scene: str,
+    simulate: bool,
+    camera: bool,
+    player: bool,
+    interface: str,
+    record: str = '',
 ) -> dict[str, tuple[str, ...]]:
     """Nodes and their ROS arguments; `ros` are arguments of all nodes."""
     patience = SIMULATION if simulate else ()
@@ -45,6 +51,8 @@ def nodes_of(
     nodes = {'predictor': on_it, 'planner': on_it, 'cue_driver': driver}
     if camera:
         nodes['table_tracker'] = on_it
+    if record:
+        nodes['shot_recorder'] = (*on_it, '-p', f'file:={record}')
     if player:
         nodes['player'] = (*ros, '--', '--serve', '--scene', scene)
     if simulate:
@@ -79,6 +87,8 @@ def main(args: Sequence[str] | None = None) -> None:
     kinds = ('topic', 'follow_joint_trajectory')
     interface_help = 'how cue_driver commands the mechanism (topic)'
     parser.add_argument('--interface', default='topic', choices=kinds, help=interface_help)
+    record_help = 'also start the shot_recorder, which adds all shots to this file .csv'
+    parser.add_argument('--record', default='', metavar='FILE', help=record_help)
     options = parser.parse_args(own)
     nodes = nodes_of(ros, **vars(options))
     signal.signal(signal.SIGTERM, signal.default_int_handler)

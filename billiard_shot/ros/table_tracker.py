@@ -18,8 +18,8 @@ from std_srvs.srv import Trigger
 from billiard_shot.perception.gate import MAX_DEVIATION
 from billiard_shot.perception.tracker import BallTracker, TrackerSettings
 from billiard_shot.ros import parameters
-from billiard_shot.ros.conversions import ball_message, seconds, time_of
-from billiard_shot.ros.detections import class_names_of, detected_balls
+from billiard_shot.ros.conversions import ball_message, picture_time, time_of
+from billiard_shot.ros.detections import class_counts_of, class_names_of, detected_balls
 from billiard_shot.ros.frames import Frames
 from billiard_shot.ros.node_runner import LATCHED, spin_node, steady_timer
 from billiard_shot.ros.parameters import checked, OfTable
@@ -30,9 +30,6 @@ from billiard_shot.table.outline import outline_of
 
 REPEAT_PERIOD = 0.2
 """Time after which table_state is repeated if there are no pictures [s]."""
-
-MAX_AHEAD = 0.1
-"""Longest time by which a picture may be ahead of the clock [s]."""
 
 MAX_BYTES = 2**19
 """Largest size of a message of detections: some 1,000 detections; to read it takes 0.1 s."""
@@ -54,8 +51,9 @@ class TableTrackerParameters(OfTable):
     scene : str
         Radius of the balls, and pockets: name of a bundled scene, or path of a YAML file.
     class_names : list of str
-        Class ids of the detections that are balls: names of balls such as `8`, and pairs such as
-        `white=cue` for other class ids. Names of balls of the scene need not be listed. Detections
+        Class ids of the detections that are balls: names of balls such as `8`, pairs such as
+        `white=cue` for other class ids, and numbers of balls such as `solid*7`, otherwise as many
+        as the scene has, at least one. Names of balls of the scene need not be listed. Detections
         of all other classes are ignored.
     detection_noise : float
         Standard deviation of a detected position, in each direction, if the detection has no
@@ -106,6 +104,7 @@ class TableTracker(Node):
             scene.ball.radius,
             parameters.read(TrackerSettings, self),
             outline_of(scene).holes if scene.table else (),
+            class_counts_of(own.class_names, scene.balls),
         )
         self._frames = Frames(self)
         self._snapshot, self._published = 0, ''
@@ -124,12 +123,7 @@ class TableTracker(Node):
             if len(raw) > MAX_BYTES:
                 raise ValueError(f'detections must have at most {MAX_BYTES} bytes, got {len(raw)}')
             message: Any = deserialize_message(raw, self._detections_type)
-            time = seconds(message.header.stamp) or now
-            if not time <= now + MAX_AHEAD:
-                raise ValueError(
-                    f'header.stamp must be at most {MAX_AHEAD:g} s ahead of the clock, got '
-                    f'{time - now:.3g} s'
-                )
+            time = picture_time(message.header.stamp, now) or now
             transform = self._frames.between(message.header.frame_id or root, root, time)
             balls, ignored = detected_balls(message.detections, *self._reading, *transform)
         except ValueError as error:
@@ -145,6 +139,11 @@ class TableTracker(Node):
             )
             self._ignored, self._told = Counter(), monotonic()
         self._tracker.update(balls, time)
+        if surplus := self._tracker.surplus:
+            self.get_logger().warning(
+                f'more balls than class_names allows are seen and left out: {", ".join(surplus)}',
+                throttle_duration_sec=LOG_PERIOD,
+            )
         self._repeat.reset()
         self._publish()
 

@@ -41,8 +41,13 @@ AIMED = 'aimed'  # message of the feedback that tells when a shot waits to be ar
 Tell: TypeAlias = Callable[[int, str, str, Places], object]
 """Called with the stage, a message, the id of the shot, and the balls of the stage PLACE."""
 
-Ask: TypeAlias = Callable[[str, State, Places], Outcome]
-"""Called with the id of a shot, the state before it, and the places of the balls after it [m]."""
+Ask: TypeAlias = Callable[[str, State, Places, Callable[[], bool]], Outcome | None]
+"""
+Called to ask somebody about a shot; None if the answer is no longer needed.
+
+The arguments are the id of the shot, the state before it, the places of the balls that are seen
+after it [m], and a function that returns whether the answer is no longer needed.
+"""
 
 
 class NotPlayedError(RuntimeError):
@@ -148,24 +153,45 @@ class Turn:
         if ended and not result.struck:
             raise ended
         with self.table.client.to_the_end():  # a shot that has been played is judged
-            self.tell(TurnStage.WATCH, 'the balls roll', shot_id, {})
-            places = self.table.places_at_rest(result.strike.header.stamp)
-            # A simulated table does not hear of a strike that was not measured.
-            if outcome := self.table.record() if result.measured else None:
-                ruling = judge(state, decision.call, replace(outcome, places=places))
-            else:
-                ruling = self._ruling(state, decision, shot_id, places)
+            ruling = None
+            while ruling is None:
+                self.tell(TurnStage.WATCH, 'the balls roll', shot_id, {})
+                places, others = self.table.after_shot(result.strike.header.stamp)
+                unseen = [name for name in others if name in state.balls]
+                # A simulated table does not hear of a strike that was not measured.
+                outcome = self.table.record() if result.measured else None
+                ruling = self._ruling(state, decision, shot_id, places, unseen, outcome)
             self._judged(state, decision, ruling, shot_id)
+            if unseen:
+                self.table.forget_all_but(ruling.state.balls.keys() & places.keys())
         if ended and self.state.player == state.player and not self.state.over:
             raise ended
 
-    def _ruling(self, state: State, decision: Decision, shot_id: str, places: Places) -> Ruling:
-        found = possible_rulings(state, decision.call, places)
-        if len(found) == 1:
-            return found[0]
-        rulings = ' or '.join(f'"{each.text}"' for each in found)
-        self.tell(TurnStage.RULE, f'pictures do not show how to rule: {rulings}', shot_id, {})
-        return judge(state, decision.call, self.ask(shot_id, state, places))
+    def _ruling(
+        self,
+        state: State,
+        decision: Decision,
+        shot_id: str,
+        places: Places,
+        unseen: list[str],
+        outcome: Outcome | None,
+    ) -> Ruling | None:
+        """Judge by what is known of a shot, or by what somebody says; None if more is seen now."""
+        if outcome and outcome.gone.issuperset(unseen):
+            return judge(state, decision.call, replace(outcome, places=places))
+        if unseen:
+            balls = ', '.join(f'ball {name!r}' for name in unseen)
+            question = f'{balls} not seen: potted? If not, let the camera see it'
+        else:
+            found = possible_rulings(state, decision.call, places)
+            if len(found) == 1:
+                return found[0]
+            rulings = ' or '.join(f'"{each.text}"' for each in found)
+            question = f'pictures do not show how to rule: {rulings}'
+        self.tell(TurnStage.RULE, question, shot_id, {})
+        is_over = lambda: bool(unseen) and self.table.are_found(unseen)  # noqa: E731
+        told = self.ask(shot_id, state, places, is_over)
+        return judge(state, decision.call, told) if told else None
 
     def _judged(self, state: State, decision: Decision, ruling: Ruling, shot_id: str) -> None:
         self.shots.append(

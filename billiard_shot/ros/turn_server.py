@@ -1,6 +1,6 @@
 """The action `play_turn`: plays a turn of a game for whoever sends a goal."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 import math
 
 from billiard_shot_msgs.action import PlayTurn
@@ -151,13 +151,19 @@ class TurnServer:
             shots=turn.shots,
         )
 
-    def _ask(self, shot_id: str, state: State, places: Places) -> Outcome:
+    def _ask(
+        self, shot_id: str, state: State, places: Places, is_over: Callable[[], bool]
+    ) -> Outcome | None:
         self._told, self._asked = None, (shot_id, state, places)
+
+        def ended() -> bool:
+            return self._told is not None or is_over()
+
         try:
-            self._client.until(lambda: self._told or self._client.is_canceled, math.inf)
-            self._client.until(lambda: self._told, RULE_TIME)
+            self._client.until(lambda: self._client.is_canceled or ended(), math.inf)
+            answered = self._client.until(ended, RULE_TIME)
         finally:
             self._asked = None
-        if self._told is None:
+        if not answered:
             raise CanceledError(f'canceled, and nobody has ruled on {shot_id!r}')
         return self._told

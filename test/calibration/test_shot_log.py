@@ -33,11 +33,12 @@ def played(path, names=('one', 'two'), start=100.0):
                 )
                 for ball, state in states.items()
             }
-            written.append(log.see(time, balls))
+            if ended := log.see(time, balls):
+                written.append(ended.shot)
             if tick == 3:
                 log.strike(name, start, STROKE)
         start = time + 1.0
-    return [each for each in written if each], shot
+    return written, shot
 
 
 @pytest.fixture(scope='module')
@@ -93,5 +94,6 @@ def test_the_balls_before_a_strike_are_those_of_the_last_picture_before_it(tmp_p
     assert log.seen_before(1.15) == pictures[1]
     assert log.seen_before(0.5) == pictures[0]
     log.strike('one', 1.15, STROKE)
+    log.finish()
     log.strike('two', 1.25, STROKE)
     assert log.seen_before(1.25) == pictures[2]

@@ -45,6 +45,48 @@ def test_a_scene_takes_them(places, deviation):
         assert max(moves) < 10.0 * deviation
 
 
+@pytest.mark.parametrize('places', [rack(), at_the_rail()], ids=['rack', 'rail'])
+def test_a_camera_with_systematic_errors_is_believed_within_them(places):
+    """Each ball has an error of its own that no average takes away; its average is surer."""
+    rng = np.random.default_rng(5)
+    for _ in range(20):
+        averaged = seen(places, 0.7e-3 / math.sqrt(60), rng)
+        balls = {
+            name: replace(
+                ball,
+                position=tuple((ball.position + rng.normal(0.0, 0.5e-3, 2)).tolist()),
+                systematic_error=0.5e-3,
+            )
+            for name, ball in averaged.items()
+        }
+        found = positions_of(balls, SCENE)
+        replace(SCENE, balls=found)
+        moves = [np.hypot(*(found[name] - place)) for name, place in places.items()]
+        assert np.mean(moves) < 1e-3
+
+
+def test_the_moves_are_the_smallest_and_shared_by_the_deviations():
+    """Two balls overlap by 0.5 mm; the error of one is twice that of the other one."""
+    balls = {
+        'cue': Sighting((0.0, 0.0), systematic_error=0.2e-3),
+        '1': Sighting((2.0 * RADIUS - 0.5e-3, 0.0), systematic_error=0.4e-3),
+        '2': Sighting((0.0, 0.3), systematic_error=0.4e-3),
+    }
+    found = positions_of(balls, SCENE)
+    assert found['cue'] == pytest.approx((-0.1e-3, 0.0), abs=1e-6)
+    assert found['1'] == pytest.approx((2.0 * RADIUS - 0.1e-3, 0.0), abs=1e-6)
+    assert found['2'] == balls['2'].position
+    exact = balls | {'cue': Sighting((0.0, 0.0))}
+    assert positions_of(exact, SCENE)['cue'] == (0.0, 0.0)
+
+
+def test_balls_in_the_mouth_of_a_pocket_stay_there():
+    half = SCENE.table.width / 2
+    ball = Sighting((0.0, half - 0.01), systematic_error=0.5e-3)
+    assert positions_of({'cue': ball}, SCENE) == {'cue': ball.position}
+    replace(SCENE, balls={'cue': ball.position})
+
+
 def test_what_errors_do_not_explain_stays():
     balls = seen(
         {'cue': np.zeros(2), '1': np.array([1.5 * RADIUS, 0.0])}, 0.0005, np.random.default_rng(2)

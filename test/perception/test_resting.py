@@ -33,3 +33,17 @@ def test_a_ball_that_is_not_seen_or_comes_anew_does_not_rest():
     assert watch.restless(LYING, 2.1)
     assert watch.restless({'8': LYING['8']}, 9.0)
     assert not watch.restless({'8': LYING['8']}, 10.0)
+
+
+def test_a_ball_that_is_not_seen_counts_as_resting_after_a_while():
+    """The others must rest meanwhile; a ball that appears begins anew."""
+    watch = RestWatch()
+    hidden = LYING | {'cue': replace(LYING['cue'], is_seen=False, is_moving=True)}
+    for now in (0.0, 1.0, 5.0):
+        assert watch.restless(hidden, now, unseen_time=5.0) == "ball 'cue' is not seen"
+    assert not watch.restless(hidden, 5.1, unseen_time=5.0)
+    assert watch.restless(hidden, 99.0) == "ball 'cue' is not seen"
+    assert watch.restless(LYING, 99.1, unseen_time=5.0)
+    assert watch.restless(hidden, 99.2, unseen_time=5.0) == "ball 'cue' is not seen"
+    rolling = hidden | {'8': replace(LYING['8'], is_moving=True)}
+    assert watch.restless(rolling, 110.0, unseen_time=5.0) == "ball '8' moves on"

@@ -8,7 +8,14 @@ from hypothesis import strategies as st
 import numpy as np
 import pytest
 
-from billiard_shot.perception.sightings import moved, Sighting
+from billiard_shot.perception.sightings import (
+    largest_deviation,
+    moved,
+    Sighting,
+)
+from billiard_shot.perception.sightings import (
+    uncertain as is_uncertain,
+)
 
 TOLERANCE = 1e-3
 
@@ -88,3 +95,15 @@ def test_only_the_uncertainty_along_the_distance_counts(heading, along, across, 
         ]
 
     assert said(heading) == said(turn) == [False, True]
+
+
+def test_a_systematic_error_counts_for_plans_but_hides_no_motion():
+    """Plan and picture are of one camera: its errors are the same in both."""
+    biased = {name: replace(ball, systematic_error=0.5e-3) for name, ball in PLANNED.items()}
+    assert largest_deviation(biased) == pytest.approx(0.5e-3)
+    both = {'cue': replace(uncertain(0.0, 0.0, 1.2e-3), systematic_error=0.5e-3)}
+    assert largest_deviation(both) == pytest.approx(1.3e-3)
+    assert not is_uncertain(biased, biased, 1.5e-3)
+    assert not moved(biased, biased, TOLERANCE)
+    seen = biased | {'8': replace(biased['8'], position=(0.5, 1.1e-3))}
+    assert "ball '8' lies 1.1 mm from its planned place" in moved(biased, seen, TOLERANCE)

@@ -21,12 +21,12 @@ PLACES = {'cue': (-0.4, 0.1), '8': (0.5, 0.2), '3': (0.5, 0.2 + 2 * RADIUS), '9'
 class Camera:
     """Detects balls with errors; a tracker sees every picture."""
 
-    def __init__(self, noise, seed=0, loss=0.0, swap=0.0, pockets=()):
+    def __init__(self, noise, seed=0, loss=0.0, swap=0.0, pockets=(), counts=None):
         self.random = np.random.default_rng(seed)
         self.noise, self.loss, self.swap = noise, loss, swap
         self.places, self.time = dict(PLACES), 100.0
         self.kinds = {}  # classes that are not the name of the ball
-        self.tracker = BallTracker(RADIUS, TrackerSettings(), pockets)
+        self.tracker = BallTracker(RADIUS, TrackerSettings(), pockets, counts or {})
 
     def picture(self):
         self.time += PERIOD
@@ -35,18 +35,20 @@ class Camera:
         if len(names) > 1 and self.random.random() < self.swap:
             i, k = self.random.choice(len(names), 2, replace=False)
             labels[i], labels[k] = labels[k], labels[i]
-        variance = self.noise**2
         seen = [
-            Detection(
-                self.kinds.get(label, label),
-                tuple((self.places[name] + self.random.normal(0.0, self.noise, 2)).tolist()),
-                (variance, 0.0, variance),
-            )
+            self.detection(self.kinds.get(label, label), self.places[name])
             for name, label in zip(names, labels, strict=True)
             if self.random.random() >= self.loss
         ]
         self.random.shuffle(seen)
         self.tracker.update(seen, self.time)
+
+    def detection(self, kind, place=None):
+        """Detection of a ball, or of a class at a place [m]."""
+        variance = self.noise**2
+        place = self.places[kind] if place is None else place
+        seen = tuple((place + self.random.normal(0.0, self.noise, 2)).tolist())
+        return Detection(kind, seen, (variance, 0.0, variance))
 
     def watch(self, seconds):
         for _ in range(round(seconds / PERIOD)):
@@ -185,6 +187,93 @@ def test_a_ball_lost_as_it_rolls_into_a_pocket_is_pocketed(pictures, last):
     assert not camera.tracker.pocketed
 
 
+def test_a_ball_that_is_boxed_twice_is_one_ball():
+    """The second box has any class, and is up to half a radius aside."""
+    camera = Camera(0.5e-3, 18)
+    for k in range(90):
+        camera.picture()
+        x, y = camera.places['cue']
+        aside, heading = camera.random.uniform(0.0, 0.5 * RADIUS), camera.random.uniform(0, 6.3)
+        second = x + aside * math.cos(heading), y + aside * math.sin(heading)
+        seen = [camera.detection('cue'), camera.detection(('cue', '8', '7')[k % 3], second)]
+        camera.time += PERIOD
+        camera.tracker.update(seen, camera.time)
+        assert set(camera.balls()) <= set(PLACES)
+    assert math.dist(camera.watch(1.0)['cue'].position, PLACES['cue']) < 1e-3
+
+
+def test_a_class_has_no_more_balls_than_its_number():
+    """A second cue ball is left out, and told; so is a third solid."""
+    camera = Camera(0.5e-3, 19, counts={'solid': 2})
+    camera.kinds = {'3': 'solid', '8': 'solid', '9': 'solid'}
+    camera.places['other'] = (-0.8, 0.3)
+    camera.kinds['other'] = 'cue'
+    assert set(camera.watch(5.0)) == {'cue', 'solid', 'solid_2'}
+    assert sorted(camera.tracker.surplus) == ['cue', 'solid']
+
+
+def test_a_ball_is_never_made_by_a_change_of_class():
+    """One ball has the class of another one in more and more pictures: there are four balls."""
+    camera = Camera(0.5e-3, 20)
+    for share in np.linspace(0.0, 1.0, 300):
+        camera.kinds = {'9': '7'} if camera.random.random() < share else {}
+        camera.picture()
+        assert len(camera.balls()) in (0, len(PLACES))
+    assert set(camera.balls()) == {'cue', '8', '3', '7'}
+
+
+def test_a_false_ball_in_few_pictures_or_over_a_pocket_is_no_ball():
+    camera = Camera(0.5e-3, 21, loss=0.2, pockets=[(1.2, 0.6, 0.06)])
+    camera.watch(1.0)
+    for k in range(600):
+        camera.picture()
+        false = [camera.detection('7', (1.22, 0.61))]  # of the leather, in every picture
+        if k % 5 == 0:
+            false.append(camera.detection('6', (0.2, 0.2)))
+        camera.time += PERIOD
+        camera.tracker.update([*map(camera.detection, camera.places), *false], camera.time)
+        assert set(camera.balls()) == set(PLACES)
+
+
+def test_a_false_ball_does_not_bring_back_one_that_was_potted():
+    hole = (1.2, 0.6)
+    camera = Camera(0.5e-3, 22, pockets=[(*hole, 0.06)])
+    camera.watch(1.0)
+    for share in np.linspace(0.0, 0.95, 20):
+        camera.places['8'] = tuple((1 - share) * np.array(PLACES['8']) + share * np.array(hole))
+        camera.picture()
+    del camera.places['8']
+    for k in range(90):
+        camera.time += PERIOD
+        false = [camera.detection('8', (-0.2, 0.4))] if k % 5 == 0 else []
+        camera.tracker.update([*map(camera.detection, camera.places), *false], camera.time)
+    assert camera.tracker.pocketed == {'8'}
+
+
+def test_two_cameras_may_take_a_picture_at_one_time():
+    """Each sees one half of the table; both see the ball in the middle."""
+    camera = Camera(0.5e-3, 24)
+    for _ in range(60):
+        camera.time += PERIOD
+        for names in (('cue', '9'), ('3', '8', '9')):
+            camera.tracker.update([camera.detection(name) for name in names], camera.time)
+    assert set(camera.balls()) == set(PLACES)
+    assert all(ball.is_seen for ball in camera.balls().values())
+
+
+def test_a_ball_that_rattles_in_the_jaws_and_is_seen_no_more_is_pocketed():
+    """Its last motion is along the hole and back, not towards it."""
+    camera = Camera(0.5e-3, 23, pockets=[(1.2, 0.6, 0.06)])
+    camera.places['8'] = (0.9, 0.53)
+    camera.watch(1.0)
+    for x, y in ((1.0, 0.53), (1.1, 0.53), (1.15, 0.54), (1.17, 0.53), (1.15, 0.53)):
+        camera.places['8'] = (x, y)
+        camera.picture()
+    del camera.places['8']
+    camera.watch(1.0)
+    assert camera.tracker.pocketed == {'8'}
+
+
 def test_a_ball_lost_as_it_rolls_past_a_pocket_is_not_pocketed():
     camera = Camera(0.5e-3, 12, pockets=[(1.2, 0.6, 0.06)])
     camera.watch(1.0)
@@ -219,7 +308,7 @@ def test_a_camera_without_balls_still_takes_pictures():
 
 def test_balls_of_one_class_are_told_apart():
     """Losses and wrong classes change no name; a ball that rolls keeps its name."""
-    camera = Camera(0.5e-3, 14, loss=0.05, swap=0.05)
+    camera = Camera(0.5e-3, 14, loss=0.05, swap=0.05, counts={'solid': 3})
     camera.kinds = {'3': 'solid', '8': 'solid', '9': 'solid', 'cue': 'cue'}
     names = {name: ball.position for name, ball in camera.watch(1.0).items()}
     assert set(names) == {'cue', 'solid', 'solid_2', 'solid_3'}
@@ -238,7 +327,7 @@ def test_balls_of_one_class_are_told_apart():
 
 
 def test_a_numbered_ball_never_takes_the_name_of_a_class():
-    camera = Camera(0.5e-3, 15)
+    camera = Camera(0.5e-3, 15, counts={'red': 2})
     camera.kinds = {'3': 'red', '8': 'red', '9': 'red_2', 'cue': 'cue'}
     balls = camera.watch(1.0)
     assert set(balls) == {'cue', 'red', 'red_2', 'red_3'}

@@ -1,6 +1,7 @@
 """Messages to the library and back, without any middleware."""
 
 import dataclasses
+import math
 from types import SimpleNamespace
 
 import numpy as np
@@ -16,6 +17,7 @@ from paper import PAPER_SHOTS
 from std_msgs.msg import Header
 
 from billiard_shot import predict, predict_batch, Scene, Status, Stroke
+from billiard_shot.perception.sightings import Sighting
 from billiard_shot.ros import conversions, display
 from billiard_shot.ros.game_conversions import state_of
 from billiard_shot.ros.predict_shot import request_of
@@ -49,6 +51,19 @@ def test_only_a_ball_on_the_table_was_seen_at_the_stamp_of_its_message():
     balls = [BallState(id='cue'), BallState(id='8', state=BallState.UNKNOWN)]
     seen = conversions.sightings_of(balls, Time(sec=7))
     assert {name: ball.time for name, ball in seen.items()} == {'cue': 7.0, '8': 0.0}
+
+
+def test_the_systematic_error_of_a_ball_survives_the_round_trip_and_passes_the_gate():
+    sightings_of, ball_message = conversions.sightings_of, conversions.ball_message
+    ball = Sighting((0.1, 0.2), systematic_error=4e-4, time=3.5)
+    assert sightings_of([ball_message('8', ball)]) == {'8': ball}
+    for bad in (-1e-9, 0.006, math.nan, math.inf):
+        message = ball_message('8', ball)
+        message.systematic_error = bad
+        with pytest.raises(
+            ValueError, match=r"ball '8': systematic_error must be from 0 to 0\.005"
+        ):
+            sightings_of([message])
 
 
 def test_trajectory_survives_the_round_trip():

@@ -20,7 +20,7 @@ from billiard_shot.perception.gate import MAX_DEVIATION
 from billiard_shot.perception.tracker import BallTracker
 from billiard_shot.ros import detections
 from billiard_shot.ros.conversions import time_of
-from billiard_shot.ros.detections import class_names_of, detected_balls
+from billiard_shot.ros.detections import class_counts_of, class_names_of, detected_balls
 from billiard_shot.ros.table_tracker import MAX_BYTES, TableTracker
 
 NAMES = {'white': 'cue', '8': '8', 'solid': 'solid'}
@@ -113,11 +113,21 @@ def test_too_many_balls_are_counted_before_anything_else_is_done(monkeypatch):
     assert (len(balls), len(ignored)) == (0, 10_000)
 
 
-@pytest.mark.parametrize('entry', ['', '=', 'white=', '=cue', 'solid\n', 'x' * 62])
+@pytest.mark.parametrize(
+    'entry',
+    ['', '=', 'white=', '=cue', 'solid\n', 'x' * 62, 'cue*2', 'solid*0', 'solid*65', 'a=b=c'],
+)
 def test_names_that_no_ball_can_have(entry):
     with pytest.raises(ValueError, match=r'^class_names must be'):
         class_names_of([entry])
-    assert class_names_of(['8', 'white=cue']) == {'8': '8', 'white': 'cue'}
+    names = class_names_of(['8', 'white=cue', 'yellow=solid*7', 'stripe*7'])
+    assert names == {'8': '8', 'white': 'cue', 'yellow': 'solid', 'stripe': 'stripe'}
+
+
+def test_a_class_has_the_number_that_is_stated_or_that_of_the_scene():
+    balls = ['cue', '8', 'stripe', 'stripe_2', 'solid']
+    counts = class_counts_of(['white=cue', 'yellow=solid*7', 'stripe'], balls)
+    assert counts == {'cue': 1, '8': 1, 'stripe': 2, 'solid': 7}
 
 
 class Hearing:

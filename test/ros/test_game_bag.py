@@ -187,7 +187,7 @@ class RecordedClient:
             sleep(0.01)
         return True
 
-    def wait_for_rest(self, strike=None):
+    def wait_for_rest(self, strike=None, unseen_time=None):
         if strike:
             return self.shots[len(self.plans) - 1].balls
         return sightings_of(self.shots[len(self.plans)].plan.balls)

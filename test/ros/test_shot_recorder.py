@@ -30,7 +30,7 @@ def test_a_strike_becomes_a_shot_of_a_recording(launch_once, node, tmp_path):
             header=Header(frame_id='table', stamp=node.get_clock().now().to_msg()),
             shot_id='first',
             cue_pose=Pose(
-                position=Point(x=-0.3, y=0.105, z=0.0286), orientation=Quaternion(w=1.0)
+                position=Point(x=-0.13, y=0.105, z=0.0286), orientation=Quaternion(w=1.0)
             ),
             speed=0.5,
         )

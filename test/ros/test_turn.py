@@ -117,10 +117,14 @@ def test_any_message_is_a_state_or_is_refused(balls, **fields):
 
 
 class Client:
-    """Client of a robot that plays every stroke; a camera then sees the balls at `after`."""
+    """
+    Client of a robot that plays every stroke; a camera then sees the balls at `after`.
 
-    def __init__(self, before, after, error=None, cancel_at=None, stopped=False):
-        self.seen, self.after, self.error = before, after, error
+    Balls whose names are `hidden` are not seen then.
+    """
+
+    def __init__(self, before, after, error=None, cancel_at=None, stopped=False, hidden=()):
+        self.seen, self.after, self.error, self.hidden = before, after, error, hidden
         self.cancel_at, self.stopped = cancel_at, stopped
         self.is_canceled = self.goes_on = False
 
@@ -139,7 +143,14 @@ class Client:
     def create_subscription(self, *_):
         return None
 
-    create_client = create_subscription
+    def create_client(self, *_):
+        return SimpleNamespace(service_is_ready=lambda: True)
+
+    def call(self, client, request, attempts=1):
+        """Reset the tracker, which finds the balls again that are not hidden."""
+        self.after = self.seen = {
+            name: place for name, place in self.after.items() if name not in self.hidden
+        }
 
     def count_publishers(self, topic):
         return 0
@@ -152,13 +163,19 @@ class Client:
             pass
         return True
 
-    def wait_for_rest(self, strike=None):
+    def wait_for_rest(self, strike=None, unseen_time=None):
         if self.error:
             raise self.error
         if strike:
             self.reach('watch')
             self.seen = self.after
-        return {name: Sighting(place) for name, place in self.seen.items()}
+        return self.balls()
+
+    def balls(self):
+        hidden = self.hidden if self.seen is self.after else ()
+        return {
+            name: Sighting(place, is_seen=name not in hidden) for name, place in self.seen.items()
+        }
 
     def goal(self, stroke, balls, scene, name):
         return SimpleNamespace(plan=SimpleNamespace(shot_id=f'{name} new', balls=balls))
@@ -193,9 +210,11 @@ class Shooter:
 def turn_of(client, state, asked=None, agent=None):
     told = []
 
-    def ask(shot_id, before, places):
+    def ask(shot_id, before, places, is_over):
         assert asked, 'nobody has to be asked'
-        return asked
+        if callable(asked):
+            asked()
+        return None if is_over() else asked
 
     tell = lambda stage, message, shot_id, balls: told.append((stage, message))  # noqa: E731
     return Turn(GameTable(client, SCENE), agent or Shooter(), tell, ask, True, state), told
@@ -225,6 +244,28 @@ def test_somebody_is_asked_for_what_pictures_do_not_show():
         assert TurnStage.RULE in [stage for stage, _ in told]
         assert turn.state.player == player
         assert turn.state.balls == after
+
+
+def test_somebody_is_asked_whether_a_ball_that_is_not_seen_was_potted():
+    """The tracker then forgets the ball, so that the turn can go on."""
+    outcome = Outcome(first_contact='1', pocketed=(('1', 'foot_left'),), places=without('1'))
+    client = Client(BALLS, dict(BALLS), hidden=['1'])
+    turn, told = turn_of(client, game_of('practice'), outcome)
+    turn._go_on()
+    question = "ball '1' not seen: potted? If not, let the camera see it"
+    assert (TurnStage.RULE, question) in told
+    assert turn.shots[0].gone == ['1']
+    assert client.balls().keys() == turn.state.balls.keys() == without('1').keys()
+
+
+def test_nobody_needs_to_answer_once_the_camera_sees_the_ball():
+    client = Client(BALLS, dict(BALLS), hidden=['1'])
+    turn, told = turn_of(client, game_of('practice'), lambda: setattr(client, 'hidden', ()))
+    turn._go_on()
+    assert [stage for stage, _ in told].count(TurnStage.RULE) == 1
+    assert told[-1][0] == TurnStage.JUDGED
+    assert turn.shots[0].gone == []
+    assert turn.state.balls == BALLS
 
 
 @pytest.mark.parametrize(
