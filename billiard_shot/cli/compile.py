@@ -4,6 +4,7 @@ import argparse
 import sys
 
 from billiard_shot.compiler.build import provide
+from billiard_shot.compiler.tools import missing_tool
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -19,14 +20,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Build, and print the folder of the library."""
-    try:
-        folder = provide(*options.targets)
-    except ModuleNotFoundError as error:
+    if missing_tool():
         print(
-            f"billiard-shot: nothing is compiled: {error}: pip install 'billiard_shot[build]'",
+            'billiard-shot: numba and ziglang are fetched into an environment of 800 MB, '
+            'which is removed after the build',
             file=sys.stderr,
         )
-        return 1
+    try:
+        folder = provide(*options.targets, install=True)
     except (OSError, RuntimeError) as error:
         print(f'billiard-shot: nothing is compiled: {error}', file=sys.stderr)
         return 1
