@@ -95,10 +95,8 @@ def run(
     except subprocess.TimeoutExpired:
         raise TimeoutError('the package index does not answer') from None
     if done.returncode:
-        said = (done.stdout + done.stderr).splitlines()[-lines:] or [
-            f'exit code {done.returncode}'
-        ]
-        raise RuntimeError('\n'.join((f'{failed}: {said[0]}', *said[1:])))
+        said = (done.stdout + done.stderr).splitlines() or [f'exit code {done.returncode}']
+        raise RuntimeError(f'{failed}: ' + '\n'.join(said[-lines:]))
 
 
 def _version() -> str | None:
