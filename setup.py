@@ -58,7 +58,7 @@ class Build(build_py):
     def run(self):
         super().run()
         if not self.editable_mode:
-            scratch = Path(self.get_finalized_command('build').build_base, 'library')
+            scratch = Path(self.get_finalized_command('build').build_base, 'library').absolute()
             add_machine_code(self, lambda build: build.pack(self.library(), scratch, target))
 
     def library(self):
