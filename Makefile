@@ -29,7 +29,7 @@ endif
 # twice the processor time to start.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help setup demo test nightly lint docs bench tables soak dist release lock clean
+.PHONY: help setup demo test nightly lint docs bench tables soak workspace dist release lock clean
 
 help:
 	@echo 'make demo   shots predicted and played through a real ROS 2: what came of them'
@@ -139,6 +139,7 @@ nightly: setup
 	NIGHTLY=1 $(BIN)/pytest -n 2 -m 'hypothesis and not ros'
 	NIGHTLY=1 $(BIN)/pytest -n 2 test/study/test_hard_cases.py
 	NIGHTLY=1 $(BIN)/pytest test/ros/test_game_bag.py
+	NIGHTLY=1 $(BIN)/pytest test/test_colcon.py -k from_nothing
 	$(BIN)/python benchmarks/random_strikes.py --count 100000 --mild
 
 BENCHMARKS := $(filter-out benchmarks/tables.py $(if $(filter none,$(ROS)),benchmarks/cue.py benchmarks/driver.py benchmarks/service.py),\
@@ -154,6 +155,10 @@ tables: setup
 
 soak: setup
 	$(BIN)/python test/ros/soak.py $(RUNS)
+
+# With a ROS 2 from apt, from src/billiard_shot of a workspace, as root of a container.
+workspace:
+	config/workspace.sh
 
 dist: setup
 	$(BIN)/python config/release.py --dist

@@ -136,6 +136,7 @@ def build(clone: Path, version: str, made: Path) -> None:
         run(*command, '--wheel', folder=sources, BILLIARD_SHOT_TARGET=target)
     said = (clone / 'CHANGELOG.rst').read_text(encoding='utf-8')
     (made / 'notes.txt').write_text(notes(said), encoding='utf-8')
+    pack(made / f'billiard_shot_msgs-{version}.tar.gz', clone / 'msg_defs')  # for bloom
     page = clone.parent / 'package'
     page.mkdir()
     copy_module(page)
