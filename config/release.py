@@ -176,8 +176,9 @@ def try_files(clone: Path, version: str, made: Path, empty: Path) -> None:
     )
     alone = '--no-deps', '--force-reinstall', '--no-build-isolation', '--no-binary'
     for options in (('--only-binary',), alone):  # the second time from the sources
-        options = *options, 'billiard_shot', '--find-links', made / 'python'
-        run(python, '-m', 'pip', 'install', '--quiet', *options, f'billiard_shot=={version}')
+        options = '--quiet', *options, 'billiard_shot', '--find-links', made / 'python'
+        wanted = f'billiard_shot=={version}', 'setuptools>=70.1'  # older ones make no wheels alone
+        run(python, '-m', 'pip', 'install', *options, *wanted)
         run(python, '-c', LOADS, folder=empty, BILLIARD_SHOT_CACHE=cache)
     said = re.search(r'^\$ billiard-shot (.*)$', (clone / 'README.md').read_text(), re.MULTILINE)
     told = run(command, *shlex.split(said[1]), folder=empty, BILLIARD_SHOT_CACHE=cache)
