@@ -16,6 +16,7 @@ import re
 import shlex
 import shutil
 import subprocess
+from subprocess import PIPE, STDOUT
 import sys
 import tarfile
 from tempfile import TemporaryDirectory
@@ -45,15 +46,8 @@ def run(*command: str | Path, folder: Path = ROOT, **variables: str) -> str:
     """Run a command and return what it says; if it fails, show that and end."""
     said = shlex.join(map(str, command))
     print(f'release: {said}', flush=True)
-    done = subprocess.run(
-        command,
-        cwd=folder,
-        env=os.environ | variables,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        check=False,
-    )
+    options = {'cwd': folder, 'env': os.environ | variables, 'stdout': PIPE, 'stderr': STDOUT}
+    done = subprocess.run(command, **options, text=True, check=False)
     if done.returncode:
         print(done.stdout)
         fail(f'{said} has failed')

@@ -15,6 +15,7 @@ import shutil
 import subprocess
 import sys
 import sysconfig
+from typing import Any
 import xml.etree.ElementTree as ET
 from zipfile import ZipFile
 
@@ -61,15 +62,9 @@ def install(python: str) -> None:
     run(failed, python, '-m', 'pip', 'install', *options, 'pyyaml')
 
 
-def run(
-    failed: str,
-    *command: str | Path,
-    lines: int = 1,
-    timeout: float | None = None,
-    cwd: Path | None = None,
-) -> None:
+def run(failed: str, *command: str | Path, lines: int = 1, **options: Any) -> None:
     """
-    Run a command.
+    Run a command with options of `subprocess.run`.
 
     Raises
     ------
@@ -79,19 +74,10 @@ def run(
         If it fails. The message ends with the last lines of its output.
 
     """
-    variables = dict(os.environ)
     if command[0] != sys.executable:  # another Python must not import the modules of this one
-        variables = {name: value for name, value in variables.items() if 'PYTHON' not in name}
+        options['env'] = {key: os.environ[key] for key in os.environ if 'PYTHON' not in key}
     try:
-        done = subprocess.run(
-            command,
-            cwd=cwd,
-            env=variables,
-            timeout=timeout,
-            capture_output=True,
-            text=True,
-            check=False,
-        )
+        done = subprocess.run(command, capture_output=True, text=True, check=False, **options)
     except subprocess.TimeoutExpired:
         raise TimeoutError('the package index does not answer') from None
     if done.returncode:
