@@ -126,7 +126,7 @@ def build(clone: Path, version: str, made: Path) -> None:
     command = sys.executable, '-m', 'build', '--quiet', '--no-isolation', '--outdir', python
     run(*command, '--sdist', folder=clone)
     sources = unpack(python / f'billiard_shot-{version}.tar.gz', clone.parent)
-    for target in set(TARGETS) - {PAGES}:
+    for target in sorted(set(TARGETS) - {PAGES}):
         run(*command, '--wheel', folder=sources, BILLIARD_SHOT_TARGET=target)
     said = (clone / 'CHANGELOG.rst').read_text(encoding='utf-8')
     (made / 'notes.txt').write_text(notes(said), encoding='utf-8')
