@@ -344,7 +344,7 @@ def test_pages_build_without_warnings(tmp_path):
     for style in tmp_path.rglob('*.css'):
         assert not re.findall(r'url\(["\']?(?:\w+:)?/', style.read_text()), style
     first = (tmp_path / 'index.html').read_text()
-    assert first.index('<iframe class="live"') < first.index('pip install')
+    assert first.index('<iframe class="live"') < first.index('In a clone')
     parameters = (tmp_path / 'reference' / 'parameters.html').read_text()
     for node in ('predictor', 'cue_driver', 'table_display'):
         assert f'id="{node.replace("_", "-")}"' in parameters
