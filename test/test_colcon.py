@@ -102,13 +102,18 @@ def loads_machine_code(workspace, environment, cache):
     return 'True' in said.split()
 
 
-def without_tools(environment, folder):
-    """Return an environment in which Python has no numba, and the cache no library."""
-    hidden = folder / 'hidden'
-    hidden.mkdir()
-    (hidden / 'sitecustomize.py').write_text('import sys; sys.modules["numba"] = None\n')
-    path = f'{hidden}:{environment.get("PYTHONPATH", "")}'
-    return environment | {'PYTHONPATH': path, 'BILLIARD_SHOT_CACHE': str(folder / 'cache')}
+@pytest.fixture
+def colcon_without_tools(environment, tmp_path):
+    """Return a function that runs colcon with a Python that has no numba, and an empty cache."""
+    run(tmp_path, environment, sys.executable, '-m', 'venv', '--without-pip', 'bare')
+    site = Path('lib', f'python{sys.version_info.major}.{sys.version_info.minor}', 'site-packages')
+    for module in (Path(sys.prefix) / site).iterdir():
+        if not module.name.startswith(('numba', 'ziglang')) and module.suffix != '.pth':
+            (tmp_path / 'bare' / site / module.name).symlink_to(module)
+    program = 'import sys; from colcon_core.command import main; sys.exit(main())'
+    colcon = tmp_path / 'bare' / 'bin' / 'python', '-c', program
+    variables = environment | {'BILLIARD_SHOT_CACHE': str(tmp_path / 'cache')}
+    return lambda *options, **more: run(tmp_path, variables | more, *colcon, *options)
 
 
 @pytest.mark.parametrize('how', [(), ('--symlink-install',)])
@@ -126,18 +131,17 @@ def test_without_tools_and_index_the_build_says_what_adds_machine_code(environme
 
 @pytest.mark.skipif('NIGHTLY' not in os.environ, reason='takes minutes: make nightly')
 def test_from_nothing_a_workspace_gets_machine_code_and_the_robot_plays(
-    workspace, environment, tmp_path
+    colcon_without_tools, environment, tmp_path
 ):
     """With an index, which has the tools; a second build makes nothing."""
     folder = make_workspace(tmp_path)
-    variables = sourced(without_tools(environment, tmp_path), workspace)
     for _ in range(2):
-        said = run(folder, variables, 'bash', '-c', f'{COLCON} build')
+        said = colcon_without_tools('build')
         assert 'without machine code' not in said
         assert loads_machine_code(folder, environment, tmp_path / 'cache')
     assert not list(tmp_path.rglob('tools/pyvenv.cfg'))
     select = '--packages-select', 'billiard_shot', '--pytest-args', 'test/ros/test_robot.py'
-    run(folder, sourced(environment, workspace), COLCON, 'test', *select)
+    run(folder, environment, COLCON, 'test', *select)
     said = run(folder, environment, COLCON, 'test-result', '--all')
     assert re.search(r'^Summary: [1-9]\d* tests, 0 errors, 0 failures', said, re.MULTILINE), said
 

@@ -112,10 +112,11 @@ def _build_in_environment(folder: Path, targets: list[str]) -> None:
 
 def _build_apart(python: str, folder: Path, targets: list[str]) -> None:
     """Build in another process: after a capture, numba cannot be used for anything else."""
-    # An environment has a copy of this package. This Python finds it in its folder.
-    where = tools.PACKAGE.parent if python == sys.executable else folder
-    failed, module = 'the library cannot be built', f'{__package__}.build'
-    tools.run(failed, python, '-m', module, folder, *targets, cwd=where, lines=30)
+    options: dict[str, Any] = {'cwd': folder, 'lines': 30}
+    if python == sys.executable:  # it finds this package here; an environment has a copy
+        options |= {'cwd': tools.PACKAGE.parent, 'env': os.environ}
+    module = f'{__package__}.build'
+    tools.run('the library cannot be built', python, '-m', module, folder, *targets, **options)
 
 
 def build(folder: Path, targets: list[str]) -> None:

@@ -74,8 +74,8 @@ def run(failed: str, *command: str | Path, lines: int = 1, **options: Any) -> No
         If it fails. The message ends with the last lines of its output.
 
     """
-    if command[0] != sys.executable:  # another Python must not import the modules of this one
-        options['env'] = {key: os.environ[key] for key in os.environ if 'PYTHON' not in key}
+    # Other Pythons must not import the modules of this one.
+    options.setdefault('env', {key: os.environ[key] for key in os.environ if 'PYTHON' not in key})
     try:
         done = subprocess.run(command, capture_output=True, text=True, check=False, **options)
     except subprocess.TimeoutExpired:
