@@ -117,11 +117,13 @@ def colcon_without_tools(environment, tmp_path):
 
 
 @pytest.mark.parametrize('how', [(), ('--symlink-install',)])
-def test_without_tools_and_index_the_build_says_what_adds_machine_code(environment, tmp_path, how):
+def test_without_tools_and_index_the_build_says_what_adds_machine_code(
+    colcon_without_tools, environment, tmp_path, how
+):
     """Nothing is left of the environment that it makes; strokes are interpreted."""
     folder = make_workspace(tmp_path)
     offline = {'PIP_NO_INDEX': '1', 'PIP_FIND_LINKS': '', 'PIP_CONFIG_FILE': os.devnull}
-    said = run(folder, without_tools(environment, tmp_path) | offline, COLCON, 'build', *how)
+    said = colcon_without_tools('build', *how, **offline)
     assert '1 package finished' in said
     assert said.count('built without machine code') == 1
     assert 'ros2 run billiard_shot billiard-shot compile' in said
