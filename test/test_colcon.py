@@ -103,15 +103,16 @@ def loads_machine_code(workspace, environment, cache):
 
 
 @pytest.fixture
-def colcon_without_tools(environment, tmp_path):
+def colcon_without_tools(environment, tmp_path, tmp_path_factory):
     """Return a function that runs colcon with a Python that has no numba, and an empty cache."""
-    run(tmp_path, environment, sys.executable, '-m', 'venv', '--without-pip', 'bare')
+    bare = tmp_path_factory.mktemp('bare')  # not in the workspace, where colcon looks for packages
+    run(bare, environment, sys.executable, '-m', 'venv', '--without-pip', '.')
     site = Path('lib', f'python{sys.version_info.major}.{sys.version_info.minor}', 'site-packages')
     for module in (Path(sys.prefix) / site).iterdir():
         if not module.name.startswith(('numba', 'ziglang')) and module.suffix != '.pth':
-            (tmp_path / 'bare' / site / module.name).symlink_to(module)
+            (bare / site / module.name).symlink_to(module)
     program = 'import sys; from colcon_core.command import main; sys.exit(main())'
-    colcon = tmp_path / 'bare' / 'bin' / 'python', '-c', program
+    colcon = bare / 'bin' / 'python', '-c', program
     variables = environment | {'BILLIARD_SHOT_CACHE': str(tmp_path / 'cache')}
     return lambda *options, **more: run(tmp_path, variables | more, *colcon, *options)
 
