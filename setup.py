@@ -6,12 +6,14 @@ instead of the entry points below and so drops them.
 """
 
 from glob import glob
-from importlib.util import find_spec
+import os
 from pathlib import Path
 import platform
 import sys
+import xml.etree.ElementTree as ET
 
-from setuptools import Distribution, find_packages, setup
+from setuptools import find_packages, setup
+from setuptools.command.build_ext import build_ext
 from setuptools.command.build_py import build_py
 
 try:
@@ -21,49 +23,66 @@ except ImportError:  # older ones cannot build wheels alone, and colcon needs no
 
 package_name = 'billiard_shot'
 here = Path(__file__).resolve().parent
-required = (here / 'config' / 'requirements-build.txt').read_text(encoding='utf-8').splitlines()
-compiler = [line for line in required if not line.startswith('#')]
+required = (here / package_name / 'compiler' / 'requirements.txt').read_text(encoding='utf-8')
+compiler = [line for line in required.splitlines() if not line.startswith('#')]
+# The system of the wheel; for another one than this: BILLIARD_SHOT_TARGET=windows-amd64
+target = os.environ.get(
+    'BILLIARD_SHOT_TARGET', f'{platform.system()}-{platform.machine()}'.lower()
+)
 # The library needs no other one; manylinux2014 is the oldest that pip of Python 3.11 looks for.
 WHEEL = {
     'linux-x86_64': 'manylinux_2_17_x86_64.manylinux2014_x86_64.musllinux_1_1_x86_64',
     'linux-aarch64': 'manylinux_2_17_aarch64.manylinux2014_aarch64.musllinux_1_1_aarch64',
     'darwin-arm64': 'macosx_11_0_arm64',
     'windows-amd64': 'win_amd64',
-}.get(f'{platform.system()}-{platform.machine()}'.lower())
-COMPILES = bool(WHEEL and find_spec('numba') and find_spec('ziglang'))
+}.get(target)
+
+
+def add_machine_code(command, add):
+    """Build and add the library with a function of the compiler; without one, say why."""
+    sys.path.insert(0, str(here))
+    from billiard_shot.compiler import build
+
+    try:
+        if WHEEL is None:
+            raise RuntimeError(f'there is no target {target}')
+        add(build)
+    except (OSError, RuntimeError) as error:
+        command.warn(
+            'built without machine code, so strokes are interpreted until `billiard-shot '
+            f'compile`, or `ros2 run billiard_shot billiard-shot compile`, adds it: {error}'
+        )
 
 
 class Build(build_py):
     def run(self):
         super().run()
-        if self.editable_mode:
-            return
-        if not COMPILES:
-            self.warn(
-                'built without machine code, so strokes are interpreted: numba or ziglang is not '
-                'installed, or cannot be. After the installation, '
-                "pip install 'billiard_shot[build]' and billiard-shot compile make it"
-            )
-            return
-        sys.path.insert(0, str(here))
-        from billiard_shot.compiler.build import pack
+        if not self.editable_mode:
+            scratch = Path(self.get_finalized_command('build').build_base, 'library').absolute()
+            add_machine_code(self, lambda build: build.pack(self.library(), scratch, target))
 
-        pack(Path(self.build_lib, package_name, 'library'))
+    def library(self):
+        """Return the folder of the library in the build."""
+        return Path(self.build_lib, package_name, 'library')
 
 
-class Binary(Distribution):
-    def has_ext_modules(self):
-        return COMPILES
+class Extensions(build_ext):
+    def run(self):
+        """Compile for `setup.py develop`, which is what `colcon build --symlink-install` runs."""
+        super().run()
+        if self.inplace and not self.editable_mode:
+            add_machine_code(self, lambda build: build.provide(install=True))
 
 
 class Wheel(bdist_wheel):
     def get_tag(self):
-        return ('py3', 'none', WHEEL) if COMPILES else super().get_tag()
+        has_library = self.get_finalized_command('build_py').library().exists()
+        return ('py3', 'none', WHEEL) if has_library else super().get_tag()
 
 
 setup(
     name=package_name,
-    version='0.1.0',
+    version=ET.parse(here / 'package.xml').findtext('version'),
     description='Simulates billiard shots: the strike of the cue, and all balls until they rest',
     long_description=(here / 'README.md').read_text(encoding='utf-8'),
     long_description_content_type='text/markdown',
@@ -86,7 +105,13 @@ setup(
     ],
     package_dir={f'{package_name}.scenes': 'config/scenes'},
     package_data={
-        package_name: ['py.typed', 'ros/*.yaml', 'pictures/page/*', 'embed/web/*'],
+        package_name: [
+            'py.typed',
+            'ros/*.yaml',
+            'pictures/page/*',
+            'embed/web/*',
+            'compiler/*.txt',
+        ],
         f'{package_name}.scenes': ['*.yaml'],
     },
     data_files=[
@@ -125,6 +150,8 @@ setup(
             'anywidget>=0.9.14',
             'axe-core-python>=0.1',
             'build>=1.2',
+            'check-jsonschema>=0.33',
+            'check-manifest>=0.50',
             'distributed>=2024.1',
             'gymnasium>=1.1',
             'hypothesis>=6.100',
@@ -144,12 +171,14 @@ setup(
             'ruff>=0.6',
             'shtab>=1.7',
             'tornado>=6.4',
+            'twine>=6.1',
             'types-PyYAML',
+            'zizmor>=1.13',
         ],
     },
     zip_safe=False,
-    distclass=Binary,
-    cmdclass={'build_py': Build} | ({} if bdist_wheel is object else {'bdist_wheel': Wheel}),
+    cmdclass={'build_py': Build, 'build_ext': Extensions}
+    | ({} if bdist_wheel is object else {'bdist_wheel': Wheel}),
     entry_points={
         'console_scripts': [
             'billiard-shot = billiard_shot.cli:main',

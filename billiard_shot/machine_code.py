@@ -12,7 +12,6 @@ from contextlib import suppress
 import ctypes
 from functools import cache
 import hashlib
-from importlib.util import find_spec
 import json
 import os
 from pathlib import Path
@@ -22,7 +21,6 @@ from typing import Any, NamedTuple
 import warnings
 
 from billiard_shot.entries import LAYERS
-from billiard_shot.records import layout_of
 
 DESCRIPTION = 'description.json'
 LIBRARY = f'{platform.system()}-{platform.machine()}'.lower()  # its name, without a suffix
@@ -62,12 +60,10 @@ def library() -> Library | None:
         with suppress(OSError):  # builds remove libraries that were not used for long
             os.utime(path.parent)
         return found
-    tools = find_spec('numba') and find_spec('ziglang')
-    first = '' if tools else "pip install 'billiard_shot[build]', then "
     # Not of a line of this file, which the warning would show.
     warnings.warn_explicit(
         'there is no library of machine code for these sources, so strokes are interpreted, '
-        f'which takes about 500 times as long{reason}. To build it: {first}billiard-shot compile',
+        f'which takes about 500 times as long{reason}. To build it: billiard-shot compile',
         RuntimeWarning,
         'billiard_shot',
         1,
@@ -77,6 +73,8 @@ def library() -> Library | None:
 
 def library_at(path: Path) -> Library:
     """Load a library; raise as `description_of`, or OSError if it is of another system."""
+    from billiard_shot.records import layout_of  # with NumPy, which builds of the package lack
+
     description = description_of(path)
     for name, layout in description['records'].items():
         module, _, record = name.partition(':')

@@ -54,6 +54,7 @@ def workspace(tmp_path_factory, environment):
         f'-DPython3_EXECUTABLE={sys.executable}',
     )
     assert '2 packages finished' in said
+    assert 'without machine code' not in said
     return folder
 
 
@@ -86,6 +87,66 @@ def test_rosdep_finds_both_packages(workspace):
     catkin_pkg = pytest.importorskip('catkin_pkg.packages')
     found = catkin_pkg.find_packages(str(workspace / 'src'))
     assert {package.name for package in found.values()} == {'billiard_shot', 'billiard_shot_msgs'}
+
+
+def test_the_workspace_has_machine_code(workspace, environment, tmp_path):
+    """From the cache of the tests, which the build only reads, as it has the same sources."""
+    assert loads_machine_code(workspace, environment, tmp_path)
+
+
+def loads_machine_code(workspace, environment, cache):
+    """Whether Python finds the library in the workspace, with a cache that has none."""
+    program = 'from billiard_shot import machine_code; print(machine_code.is_loaded())'
+    variables = sourced(environment) | {'BILLIARD_SHOT_CACHE': str(cache)}
+    said = run(workspace, variables, 'bash', '-c', f"{sys.executable} -c '{program}'")
+    return 'True' in said.split()
+
+
+@pytest.fixture
+def colcon_without_tools(environment, tmp_path, tmp_path_factory):
+    """Return a function that runs colcon with a Python that has no numba, and an empty cache."""
+    bare = tmp_path_factory.mktemp('bare')  # not in the workspace, where colcon looks for packages
+    run(bare, environment, sys.executable, '-m', 'venv', '--without-pip', '.')
+    site = Path('lib', f'python{sys.version_info.major}.{sys.version_info.minor}', 'site-packages')
+    for module in (Path(sys.prefix) / site).iterdir():
+        if not module.name.startswith(('numba', 'ziglang')) and module.suffix != '.pth':
+            (bare / site / module.name).symlink_to(module)
+    program = 'import sys; from colcon_core.command import main; sys.exit(main())'
+    colcon = bare / 'bin' / 'python', '-c', program
+    variables = environment | {'BILLIARD_SHOT_CACHE': str(tmp_path / 'cache')}
+    return lambda *options, **more: run(tmp_path, variables | more, *colcon, *options)
+
+
+@pytest.mark.parametrize('how', [(), ('--symlink-install',)])
+def test_without_tools_and_index_the_build_says_what_adds_machine_code(
+    colcon_without_tools, environment, tmp_path, how
+):
+    """Nothing is left of the environment that it makes; strokes are interpreted."""
+    folder = make_workspace(tmp_path)
+    offline = {'PIP_NO_INDEX': '1', 'PIP_FIND_LINKS': '', 'PIP_CONFIG_FILE': os.devnull}
+    said = colcon_without_tools('build', *how, **offline)
+    assert '1 package finished' in said
+    assert said.count('built without machine code') == 1
+    assert 'ros2 run billiard_shot billiard-shot compile' in said
+    assert not list(tmp_path.rglob('tools/pyvenv.cfg'))
+    assert not loads_machine_code(folder, environment, tmp_path / 'cache')
+
+
+@pytest.mark.skipif('NIGHTLY' not in os.environ, reason='takes minutes: make nightly')
+def test_from_nothing_a_workspace_gets_machine_code_and_the_robot_plays(
+    colcon_without_tools, environment, tmp_path
+):
+    """With an index, which has the tools; a second build makes nothing."""
+    folder = make_workspace(tmp_path)
+    for _ in range(2):
+        said = colcon_without_tools('build')
+        assert 'without machine code' not in said
+        assert loads_machine_code(folder, environment, tmp_path / 'cache')
+    assert not list(tmp_path.rglob('tools/pyvenv.cfg'))
+    select = '--packages-select', 'billiard_shot', '--pytest-args', 'test/ros/test_robot.py'
+    run(folder, environment, COLCON, 'test', *select)
+    said = run(folder, environment, COLCON, 'test-result', '--all')
+    assert re.search(r'^Summary: [1-9]\d* tests, 0 errors, 0 failures', said, re.MULTILINE), said
 
 
 def test_symlink_install_runs_the_sources(workspace, environment, tmp_path):

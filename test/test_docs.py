@@ -311,6 +311,9 @@ def test_every_block_is_of_a_known_kind():
     assert {tag for _, tag, _, _ in BLOCKS if tag} == {'ros2'}
 
 
+REMOTE = r'<(?:script|link|img|iframe|source)\b[^>]* (?:src|href)="(?:\w+:)?/[^"]*"'
+
+
 def test_pages_build_without_warnings(tmp_path):
     for needed in ('furo', 'latex2mathml', 'myst_nb', 'anywidget'):
         pytest.importorskip(needed, reason='needs the extra docs')
@@ -338,7 +341,13 @@ def test_pages_build_without_warnings(tmp_path):
         shown = (tmp_path / 'notebooks' / f'{notebook.stem}.html').read_text()
         assert 'cell_output' in shown
         assert ('<iframe srcdoc=' in shown) == ('TableWidget(' in notebook.read_text())
-        assert not re.findall(r'<(?:script|link|img)[^>]* (?:src|href)="https?:[^"]*"', shown)
+    # Any static host, or a folder of one, serves them, and they ask no other host for anything.
+    for page in tmp_path.rglob('*.html'):
+        assert not re.findall(REMOTE, page.read_text()), page
+    for style in tmp_path.rglob('*.css'):
+        assert not re.findall(r'url\(["\']?(?:\w+:)?/', style.read_text()), style
+    first = (tmp_path / 'index.html').read_text()
+    assert first.index('<iframe class="live"') < first.index('In a clone')
     parameters = (tmp_path / 'reference' / 'parameters.html').read_text()
     for node in ('predictor', 'cue_driver', 'table_display'):
         assert f'id="{node.replace("_", "-")}"' in parameters

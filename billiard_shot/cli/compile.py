@@ -4,6 +4,7 @@ import argparse
 import sys
 
 from billiard_shot.compiler.build import provide
+from billiard_shot.compiler.tools import missing_tool
 from billiard_shot.scene.errors import must_be_one_of
 
 TARGETS = 'linux-x86_64', 'linux-aarch64', 'wasm32', 'darwin-arm64', 'windows-amd64'
@@ -26,14 +27,14 @@ def run(options: argparse.Namespace) -> int:
     for target in options.targets:
         if target not in TARGETS:
             raise ValueError(f'TARGET {must_be_one_of(TARGETS, target)}')
-    try:
-        folder = provide(*options.targets)
-    except ModuleNotFoundError as error:
+    if missing_tool():
         print(
-            f"billiard-shot: nothing is compiled: {error}: pip install 'billiard_shot[build]'",
+            'billiard-shot: numba and ziglang are fetched into an environment of 800 MB, '
+            'which is removed after the build',
             file=sys.stderr,
         )
-        return 1
+    try:
+        folder = provide(*options.targets, install=True)
     except (OSError, RuntimeError) as error:
         print(f'billiard-shot: nothing is compiled: {error}', file=sys.stderr)
         return 1

@@ -4,22 +4,19 @@ The library of these sources: built once, and kept where `billiard_shot.machine_
 `python -m billiard_shot.compiler.build FOLDER TARGET ...` builds it in a process of its own.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 import hashlib
-from importlib.util import find_spec
 import json
 import os
 from pathlib import Path
 from pkgutil import resolve_name
 import shutil
-import subprocess
 import sys
 from typing import Any
 
 from billiard_shot import machine_code
-from billiard_shot.compiler.description import describe
-from billiard_shot.compiler.header import HEADER, header_of
+from billiard_shot.compiler import tools
 from billiard_shot.entries import ENTRIES
 
 try:
@@ -30,10 +27,11 @@ except ImportError:  # Windows: two processes may build the same, which harms no
 KEPT = 8  # libraries that stay: of the sources that were asked for last
 CAPTURED = 'entries.bc'  # all targets are built from it
 PAGES = 'wasm32'  # the target of the core in pages
+HEADER = 'billiard_shot.h'
 NOTICE = 'COPYRIGHT.musl'  # the licence of the functions of musl, which libraries contain
 
 
-def provide(*targets: str) -> Path:
+def provide(*targets: str, install: bool = False) -> Path:
     """
     Return the folder with the library of these sources; build the targets that are missing.
 
@@ -41,6 +39,8 @@ def provide(*targets: str) -> Path:
     ----------
     *targets : str
         Names of `targets.TARGETS`; by default that of this machine.
+    install : bool
+        Whether tools of the build that are not installed are fetched, for this build only.
 
     Raises
     ------
@@ -51,42 +51,72 @@ def provide(*targets: str) -> Path:
 
     """
     folder = machine_code.built()
-    folder.mkdir(parents=True, exist_ok=True)
-    with _locked(folder / 'lock'):
-        wanted = targets or (machine_code.LIBRARY,)
-        missing = [each for each in wanted if not any(map(_is_sound, folder.glob(f'{each}.*')))]
-        if missing:
-            _build_apart(folder, missing)
-        os.utime(folder)
-        remove_old(folder.parent)
+    _complete(folder, targets or (machine_code.LIBRARY,), install)
+    os.utime(folder)
+    remove_old(folder.parent)
     return folder
 
 
-def pack(folder: Path) -> None:
-    """Put the library for this machine, and the one for browsers, into a folder of a wheel."""
-    targets = machine_code.LIBRARY, PAGES
-    made = provide(*targets)
-    folder.mkdir(parents=True, exist_ok=True)
-    libraries = (f'{target}.*' for target in targets)
+def pack(folder: Path, scratch: Path, target: str = machine_code.LIBRARY) -> None:
+    """
+    Put the library for a target, and the one for browsers, into a folder of a wheel.
+
+    What is missing is built in a folder `scratch`, because a build of a package leaves nothing
+    elsewhere. Raises as `provide`.
+    """
+    shutil.rmtree(folder, ignore_errors=True)  # it may be of other sources
+    targets = target, PAGES
+    for made in (machine_code.PACKAGED, machine_code.built(), scratch):
+        if not _missing(made, targets):
+            break
+    else:
+        if machine_code.built().exists():  # perhaps all but one target
+            ignored = shutil.ignore_patterns('tools', 'lock')
+            shutil.copytree(machine_code.built(), scratch, ignore=ignored, dirs_exist_ok=True)
+        _complete(scratch, targets, install=True)
+    folder.mkdir(parents=True)
+    libraries = (f'{each}.*' for each in targets)
     for pattern in (*libraries, machine_code.DESCRIPTION, HEADER, NOTICE):
         for file in made.glob(pattern):
             shutil.copy(file, folder)
 
 
-def _build_apart(folder: Path, targets: list[str]) -> None:
-    """Build in another process: after a capture, numba cannot be used for anything else."""
-    for tool in ('numba', 'ziglang'):
-        if find_spec(tool) is None:
+def _missing(folder: Path, targets: Iterable[str]) -> list[str]:
+    """Return the targets of which a folder has no library of these sources."""
+    return [each for each in targets if not any(map(_is_sound, folder.glob(f'{each}.*')))]
+
+
+def _complete(folder: Path, targets: tuple[str, ...], install: bool) -> None:
+    """Build the targets that are missing in a folder, in one process at a time."""
+    folder.mkdir(parents=True, exist_ok=True)
+    with _locked(folder / 'lock'):
+        missing, tool = _missing(folder, targets), tools.missing_tool()
+        if missing and not tool:
+            _build_apart(sys.executable, folder, missing)
+        elif missing and install:
+            _build_in_environment(folder, missing)
+        elif missing:
             raise ModuleNotFoundError(f'{tool} is not installed', name=tool)
-    done = subprocess.run(
-        [sys.executable, '-m', __name__, folder, *targets],
-        cwd=Path(__file__).parents[2],  # there it finds the same package
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    if done.returncode:
-        raise RuntimeError(done.stderr.strip()[-2000:] or f'exit code {done.returncode}')
+
+
+def _build_in_environment(folder: Path, targets: list[str]) -> None:
+    """Build with an environment of its own, unless a wheel of these sources is to be had."""
+    with tools.environment(folder / 'tools') as python:
+        fetched = tools.fetch_library(python, folder / 'tools' / 'wheel')
+        if len(_missing(fetched, targets)) < len(targets):
+            shutil.copytree(fetched, folder, dirs_exist_ok=True)
+        if missing := _missing(folder, targets):
+            tools.install(python)
+            _build_apart(python, folder, missing)
+
+
+def _build_apart(python: str, folder: Path, targets: list[str]) -> None:
+    """Build in another process: after a capture, numba cannot be used for anything else."""
+    options: dict[str, Any] = {'cwd': folder, 'lines': 30}
+    if python == sys.executable:  # it finds this package here; an environment has a copy
+        options |= {'cwd': tools.PACKAGE.parent, 'env': os.environ}
+    module = f'{__package__}.build'
+    tools.run('the library cannot be built', python, '-m', module, folder, *targets, **options)
 
 
 def build(folder: Path, targets: list[str]) -> None:
@@ -101,6 +131,8 @@ def build(folder: Path, targets: list[str]) -> None:
         description, code = machine_code.description_of(captured), captured.read_bytes()
     else:
         from billiard_shot.compiler.capture import capture
+        from billiard_shot.compiler.description import describe
+        from billiard_shot.compiler.header import header_of
 
         entries = [resolve_name(name) for name in ENTRIES]
         description, code = describe(entries), capture(entries)

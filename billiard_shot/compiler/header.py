@@ -7,7 +7,6 @@ from typing import Any
 
 from billiard_shot.compiled import Entry
 
-HEADER = 'billiard_shot.h'
 # A number in a table of arguments takes a word.
 _NUMBERS = {'f8': 'double', 'i8': 'int64_t', 'b1': 'int64_t'}
 _FIELDS = _NUMBERS | {'b1': 'bool'}

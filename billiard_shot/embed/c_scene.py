@@ -7,8 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot import machine_code
+from billiard_shot.compiler.build import HEADER
 from billiard_shot.compiler.description import describe
-from billiard_shot.compiler.header import HEADER, type_of
+from billiard_shot.compiler.header import type_of
 from billiard_shot.embed.packed import packed_scene
 from billiard_shot.scene import Scene, SceneLike
 from billiard_shot.shot.setting import setting_of

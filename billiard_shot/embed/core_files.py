@@ -7,8 +7,7 @@ import shutil
 import zlib
 
 from billiard_shot import machine_code
-from billiard_shot.compiler.build import NOTICE, PAGES, provide
-from billiard_shot.compiler.header import HEADER
+from billiard_shot.compiler.build import HEADER, NOTICE, PAGES, provide
 
 MODULE = Path(__file__).with_name('web')
 
