@@ -9,7 +9,7 @@ agree with it. A cell with miscues, kinks or discontinuities, or in which the ti
 twice in a strike, is divided into eight by a, b and elevation, and each of these is fitted where a
 search needs it. Strokes in cells that are too small to be divided, or that have few strokes, are
 solved exactly. The sign of a mirrors a strike. The cue goes on from where its tip touched the
-ball: the strike would have left it up to 0.1 mm beside.
+ball: the strike would have left it up to 1.5 mm from there.
 
 Cells that choose strokes may have larger errors than those with which their success is stated.
 """
@@ -39,7 +39,7 @@ from billiard_shot.table.mapped_strike import (
 )
 
 SIZES = np.array([0.2, 0.1, 0.08])  # of the largest cells: a and b (ball radii), elevation (rad)
-SPEED_RATIO = 4.0  # of the fastest and the slowest stroke of a cell
+SPEED_RATIO = 2.0  # of the fastest and the slowest stroke of a cell
 LEVELS = 4  # sizes of cells, each half of the last
 FITTED_STRIKES, HELD_OUT = 40, 14  # exact strikes in a cell
 # Their places in the cell, -1 to 1: the first are near its corners, where miscues begin.

@@ -88,7 +88,7 @@ def test_a_slow_cue_is_braked_with_the_force_that_brakes_a_faster_one():
     assert follow_through_time(0.0, 1.0) == 0.0
 
 
-@pytest.mark.parametrize('name', ['pool_table', 'snooker_table', 'carom'])
+@pytest.mark.parametrize('name', ['pool_table', 'snooker', 'carom'])
 def test_soft_draw_strokes_hit_once(name):
     """The ball slows down, but the cue stops first."""
     scene, rng, n = Scene.load(name), np.random.default_rng(5), 120
