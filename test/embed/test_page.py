@@ -156,10 +156,10 @@ def test_events_have_the_names_of_python():
 
 @needs_node
 def test_a_double_hit_reaches_no_target():
-    balls = {'cue': [0.9, 0.42], '8': [0.9 + 0.0445, 0.42 + 0.0445]}
+    balls = {'cue': [1.0, 0.42], '8': [1.04395, 0.46395]}
     script = f"""
     const balls = {json.dumps(balls)};
-    const stroke = {{ elevation: 0.14, azimuth: Math.PI / 4, speed: 2 }};
+    const stroke = {{ elevation: Math.PI / 22.5, azimuth: Math.PI / 4, speed: 2 }};
     const shot = table.shoot(balls, stroke);
     const noise = {{ a: 0, b: 0, elevation: 0, azimuth: 0, speed: 0 }};
     const found = await table.chance(balls, stroke, {{ ball: '8' }}, noise, 3);

@@ -15,6 +15,7 @@ from billiard_shot import plan, predict, predict_batch, Scene, Status, Stroke
 from billiard_shot.planning.evaluate import evaluate_strokes
 from billiard_shot.planning.limits import limits_of, raise_for_clearance
 from billiard_shot.planning.noises import NOISES
+from billiard_shot.planning.plan import AS_GOOD
 from billiard_shot.planning.problem import problem_of
 from billiard_shot.planning.runner import CHUNK, LARGEST_CHUNK, Runner
 from billiard_shot.planning.stages import GOOD, KINDS, next_stage
@@ -448,8 +449,7 @@ def test_a_time_longer_than_any_search_is_none():
 def test_a_search_that_ends_early_says_what_it_did_not_try():
     asked = {'pot': '8', 'leave': (-1.0, 0.5), 'radius': 0.01}
     ended = plan(SCENE, asked, budget=60)
-    assert 'not tried: combinations' in ended.message
-    assert 'curves' in ended.message
+    assert re.search('not tried: .*two cushions', ended.message)
     polls = iter(range(10**6))
     cancelled = plan(SCENE, asked, cancel=lambda: next(polls) > 3)
     assert cancelled.status is Status.CANCELLED
@@ -480,10 +480,14 @@ def test_a_miscue_reaches_no_target():
 
 
 def test_finalists_have_enough_trials_and_their_order_follows_a_rule():
-    result = plan('blocked', {'pot': '8'})
+    result = plan(SCENE, {'hit': '8'})
     assert all(each.trials >= 400 for each in result.ranking)
     winner = max(result.ranking, key=lambda each: each.trials)
-    as_good = [each for each in result.ranking if each.interval[1] >= winner.success]
+    as_good = [
+        each
+        for each in result.ranking
+        if each.interval[1] >= winner.success and each.success >= winner.success - AS_GOOD
+    ]
     assert len(as_good) > 1, 'this layout cannot show the order'
     assert list(result.ranking[: len(as_good)]) == sorted(
         as_good, key=lambda each: each.stroke.speed
