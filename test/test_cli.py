@@ -272,8 +272,9 @@ def test_the_scene_is_in_the_same_place(capsys):
     for said in (one, two, three):
         del said['wall_time']
     assert one == two == three
-    for command in ('predict', 'view', 'plan', 'atlas', *STUDIES):
+    for command in ('predict', 'view', 'plan', 'map', *STUDIES):
         words = ['study', command] if command in STUDIES else [command]
+        words += ['--ball', '8'] if command == 'map' else []
         assert main([*words, 'papre']) == 2
         assert 'scene must be one of blocked, ' in capsys.readouterr().err
     assert main(['plan', '--pot', '8']) == 2
@@ -374,7 +375,7 @@ def test_numbers_of_strokes_may_have_an_exponent(capsys):
         ('plan blocked --break 1 --pots 3', 'pots must be at most 2, the balls, got 3'),
         ('urdf --frame=', '--frame must be a name'),
         ('predict blocked --pot cue -s 2 -e 5', "--pot must be one of 1, 8, got 'cue'"),
-        ('atlas pool_table', 'ball is missing; the scene has only the cue ball'),
+        ('map pool_table --ball 8', 'ball must be'),
     ],
 )
 def test_a_wrong_request_is_refused(words, text, capsys):

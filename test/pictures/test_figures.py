@@ -326,7 +326,7 @@ def test_command_in_an_empty_folder(tmp_path, capsys, monkeypatch):
     'words',
     [
         ['study', 'accuracy'],
-        ['atlas', 'blocked', '--ball', '8'],
+        ['map', 'blocked', '--ball', '8'],
         ['study', 'effects'],
         ['plan', 'blocked', '--pot', '8'],
         ['predict', '--speed', '2'],
