@@ -375,7 +375,7 @@ def test_numbers_of_strokes_may_have_an_exponent(capsys):
         ('plan blocked --break 1 --pots 3', 'pots must be at most 2, the balls, got 3'),
         ('urdf --frame=', '--frame must be a name'),
         ('predict blocked --pot cue -s 2 -e 5', "--pot must be one of 1, 8, got 'cue'"),
-        ('map pool_table --ball 8', 'ball must be'),
+        ('map pool_table --ball 8', 'ball must be in the scene, which has only the cue ball'),
     ],
 )
 def test_a_wrong_request_is_refused(words, text, capsys):

@@ -89,6 +89,8 @@ def success_map(
 
     """
     scene = Scene.load(scene)
+    if not scene.object_balls:
+        raise ValueError(f'ball {must_be("in the scene, which has only the cue ball", ball)}')
     if ball not in scene.object_balls:
         raise ValueError(f'ball {must_be_one_of(scene.object_balls, ball)}')
     target = target_of(scene, {'pot': ball, 'pocket': pocket})

@@ -78,7 +78,7 @@ def test_a_dask_cluster_makes_the_same(alone):
 @pytest.mark.parametrize(
     ('scene', 'changes', 'text'),
     [
-        ('pool_table', {}, 'ball must be'),
+        ('pool_table', {}, "ball must be in the scene, which has only the cue ball, got '8'"),
         ('blocked', {'ball': '9'}, "ball must be one of 1, 8, got '9'"),
         ('blocked', {'pocket': 'foot'}, 'pocket'),
         ('carom', {'ball': 'red'}, 'pocket'),
