@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import yaml
 
-from billiard_shot.calibration.csv_file import LONGEST_SHOT, WRITTEN
+from billiard_shot.calibration.reader import LONGEST_SHOT, WRITTEN
 from billiard_shot.perception.sightings import Balls
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.stroke import Stroke

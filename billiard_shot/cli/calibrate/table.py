@@ -6,8 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from billiard_shot.calibration.calibrate import calibrate, HORIZON
-from billiard_shot.calibration.check import in_words
-from billiard_shot.calibration.result import Calibration
+from billiard_shot.calibration.result import Calibration, in_words
 from billiard_shot.cli.exit_codes import DONE, FAILED
 from billiard_shot.cli.progress import reporting
 from billiard_shot.cli.text_table import add_format_arguments, Column, print_rows, wants_text
