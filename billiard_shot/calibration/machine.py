@@ -199,6 +199,8 @@ def _searched(
         return strike, errors
     # Only samples count that depend on the stroke evenly.
     until = even_until(model, [], Launch(samples, numbers[0]))
+    if until.max() < samples.times[0]:
+        return strike, errors
     compared = compare(samples, scales, until)
     here = evaluated(model, compared, numbers)
     (matrix,), (gradient,) = normal_equations(model, compared, here)
