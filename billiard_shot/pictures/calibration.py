@@ -46,10 +46,8 @@ def _content(result: Calibration) -> Iterator[str]:
         f'fitted, {len(result.checks)} held out.</p>'
     )
     if not result.converged:
-        yield (
-            '<p class="warning">The fit did not converge. Do not rely on the intervals; more '
-            'shots, or a shorter horizon, may help.</p>'
-        )
+        yield f'<p class="warning">{escape(result.state)}.</p>'
+    yield from (f'<p class="soft">{escape(text)}.</p>' for text in result.notes)
     if result.checks:
         yield '<h2>How well the scene predicts shots that it was not fitted to</h2>'
         yield from _errors(result)

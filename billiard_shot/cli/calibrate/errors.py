@@ -12,7 +12,7 @@ from billiard_shot.cli.exit_codes import DONE
 from billiard_shot.cli.text_table import add_format_arguments, print_rows, wants_text
 from billiard_shot.scene import Scene
 
-COLUMNS = tuple(column for column in ESTIMATES if column.key != 'shots')
+COLUMNS = tuple(column for column in ESTIMATES if column.key not in ('shots', 'converged'))
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
