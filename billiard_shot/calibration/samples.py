@@ -25,8 +25,11 @@ MOVED, MOVED_SIGMAS = 3e-3, 4.0
 FASTEST = 12.0
 """Speed [m/s] that no ball has: samples that need it are errors of the tracker."""
 
-FIRST_SAMPLES, FIRST_TIME = 4, 0.2
-"""How many samples tell the first velocity, and the longest time between them [s]."""
+FIRST_SAMPLES, FIRST_SIGMAS, FIRST_TIME = 4, 20.0, 0.2
+"""
+How many samples tell the first velocity, or until how many deviations from the first place, and
+the longest time between them [s].
+"""
 
 UNEVEN = 0.25
 """Relative change of velocity between these samples by which the ball has met something."""
@@ -221,10 +224,13 @@ def _too_fast(track: Track) -> NDArray[np.bool_]:
 
 def _first_move(track: Track) -> int:
     """Return the number of the first sample of a movement; 0 if there is none."""
-    away = np.linalg.norm(track.place - track.place[0], axis=-1)
-    moved = away > np.maximum(MOVED, MOVED_SIGMAS * track.sigma)
-    moved &= np.append(moved[1:], False)  # twice, or it was an error
-    return int(moved.argmax())
+    before = np.arange(1, len(track.time))
+    means = np.cumsum(track.place, axis=0)[:-1] / before[:, np.newaxis]
+    far = np.maximum(MOVED, MOVED_SIGMAS * track.sigma[1:] * np.sqrt(1.0 + 1.0 / before))
+    moved = np.linalg.norm(track.place[1:] - means, axis=-1) > far
+    moved[:-1] &= np.linalg.norm(track.place[2:] - means[:-1], axis=-1) > far[:-1]
+    moved[-1:] = False  # twice, or it was an error
+    return 1 + int(moved.argmax()) if moved.any() else 0
 
 
 def _moved_at(track: Track, first: int) -> tuple[float, float]:
@@ -239,11 +245,14 @@ def _onset(track: Track, first: int) -> tuple[float, Floats]:
 
     The first samples tell the velocity, until the ball meets something.
     """
-    near = slice(first, first + FIRST_SAMPLES)
-    time, place = track.time[near], track.place[near]
+    sigma = track.sigma[first]
+    far = np.linalg.norm(track.place[first:] - track.place[first - 1], axis=-1)
+    count = max(FIRST_SAMPLES, 1 + int((far > FIRST_SIGMAS * sigma).argmax()))
+    time, place = (each[first : first + count] for each in (track.time, track.place))
     away, since = place[0] - track.place[first - 1], time[0] - track.time[first - 1]
     steps = np.diff(place, axis=0) / np.diff(time)[:, np.newaxis]
-    even = np.linalg.norm(steps - steps[0], axis=-1) < UNEVEN * np.linalg.norm(steps[0])
+    noise = MOVED_SIGMAS * sigma / np.diff(time)
+    even = np.linalg.norm(steps - steps[0], axis=-1) < UNEVEN * np.linalg.norm(steps[0]) + noise
     even &= np.diff(time) < FIRST_TIME
     count = 1 + int(np.argmin(np.append(even, False)))
     velocity = away / since  # at least as fast
