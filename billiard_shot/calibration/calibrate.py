@@ -167,7 +167,7 @@ def calibrate(
         least = f'{least} ({count}; held_out = 0, --held-out 0, holds none out)'
     check_enough(len(used), LEAST_SHOTS, least, ignored)
     mapped: Mapped = map if executor is None else executor.map
-    stages = len(horizons) + CORNERS + ROUNDS
+    stages = len(horizons) + ROUNDS
     work = _Work(mapped, progress, stages * len(used) + 2 * len(tested))
     content = [(each.name, len(each.place)) for each in usable]
     saved = Checkpoint(checkpoint, (scene.to_dict(), sought, horizons, share, seed, content))
@@ -268,7 +268,7 @@ def _fitted(
         steps = STEPS if stage >= last else FEW_STEPS
         found = fit(quiet, state.values, found_now, scales, steps, work.say_error)
         if stage == 0:
-            found = _best_of_corners(problem, found, begun, seed, work)
+            found = _best_of_corners(quiet, found, seed, work)
         moved = np.abs(found.values - state.values) / deviations_of(problem, found)
         if again and max(moved.max(initial=0.0), found.ahead) < SETTLED:
             return quiet, found, []
@@ -285,22 +285,14 @@ def _fitted(
     return quiet, found, [shots if elsewhere else 'unsettled: the numbers still move']
 
 
-def _best_of_corners(
-    problem: Problem, found: Fit, begun: Sequence[Launch], seed: int, work: '_Work'
-) -> Fit:
+def _best_of_corners(problem: Problem, found: Fit, seed: int, work: '_Work') -> Fit:
     """Fit also from corners of the ranges of the numbers: the best fit may be far from a scene."""
-    draw, quiet = np.random.default_rng((seed, CORNERS)), problem._replace(mapped=work.mapped)
-    fits = [found]
-    for number, signs in enumerate(draw.choice([-0.5, 0.5], (CORNERS, len(problem.sought)))):
+    draw, fits = np.random.default_rng((seed, CORNERS)), [found]
+    for signs in draw.choice([-0.5, 0.5], (CORNERS, len(problem.sought))):
         corner = np.clip(problem.start + signs * problem.widths, *problem.bounds)
-        launches = searched(problem, corner, begun, found.scales, (seed, 0, number))
-        if len(launches) == len(found.launches):
-            fits.append(fit(quiet, corner, launches, found.scales, FEW_STEPS, work.say_error))
-    costs = []
-    for each in fits:  # with all samples of this horizon
-        whole_paths = [replace(launch, until=np.inf) for launch in each.launches]
-        costs.append(followed(quiet, each.values, whole_paths, found.scales)[1])
-    return fits[int(np.argmin(costs))]
+        report = work.say_error
+        fits.append(fit(problem, corner, found.launches, found.scales, FEW_STEPS, report))
+    return min(fits, key=lambda each: each.cost)
 
 
 def _key(launch: Launch) -> tuple[int, str]:

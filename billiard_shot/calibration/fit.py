@@ -368,8 +368,8 @@ def search(
     """
     Search the launch of a shot until a horizon, from a seed; None if none can be simulated.
 
-    The known launch stays unless another one is clearly better. Without stepped models, the path
-    counts as long as before, see `even_until`.
+    Without stepped models, the path counts as long as before, see `even_until`, and the known
+    launch stays unless another one is clearly better.
     """
     launch, seed = item
     known, samples = launch.numbers[np.newaxis], launch.samples
@@ -380,7 +380,7 @@ def search(
     known_cost, cost = best.costs[[0, -1]].tolist()
     if not min(known_cost, cost) < math.inf:
         return None
-    if cost < known_cost - BETTER:
+    if cost < known_cost - (0.0 if stepped else BETTER):
         launch = Launch(samples, best.launches[-1], np.inf if stepped else launch.until)
     if not stepped:
         return launch
