@@ -162,10 +162,8 @@ def calibrate(
     order = np.random.default_rng(seed).permutation(len(usable)).tolist()
     count = round(share * len(usable))
     tested, used = ([usable[k] for k in sorted(part)] for part in (order[:count], order[count:]))
-    least = 'usable shots beside those held out'
-    if count and len(usable) >= LEAST_SHOTS:
-        least = f'{least} ({count}; held_out = 0, --held-out 0, holds none out)'
-    check_enough(len(used), LEAST_SHOTS, least, ignored)
+    hint = '; --held-out 0 (held_out=0) holds none out' if count else ''
+    check_enough(len(used), LEAST_SHOTS, 'usable shots beside those held out', ignored, hint)
     mapped: Mapped = map if executor is None else executor.map
     stages = len(horizons) + ROUNDS
     work = _Work(mapped, progress, stages * len(used) + 2 * len(tested))
@@ -180,8 +178,8 @@ def calibrate(
     fitted = problem.model_at(found.values)
     checks, checks_before = (_checked(by, tested, seed, work) for by in (fitted, model))
     estimates = _estimates(sought, problem, found, intervals)
-    doubts += _unexplained(problem, found)
-    doubts += _no_gain(checks, checks_before, estimates)
+    doubts += unexplained(problem, found)
+    doubts += no_gain(checks, checks_before, estimates)
     bounded = [problem.sought[k].name for k in np.flatnonzero(at_bounds(problem, found))]
     if bounded:
         notes.append(f'at a bound of its allowed values: {", ".join(bounded)}')
@@ -299,7 +297,7 @@ def _key(launch: Launch) -> tuple[int, str]:
     return launch.samples.recording, launch.samples.name
 
 
-def _unexplained(problem: Problem, found: Fit) -> list[str]:
+def unexplained(problem: Problem, found: Fit) -> list[str]:
     """Name the shots whose beginning is not explained, if these are too many."""
     launches = [replace(each, until=np.inf) for each in found.launches]
     names = []
@@ -324,7 +322,7 @@ def _checked(
     return tuple(each for each in found if each is not None)
 
 
-def _no_gain(
+def no_gain(
     checks: Sequence[Check], before: Sequence[Check], estimates: Sequence[Estimate]
 ) -> list[str]:
     """

@@ -366,6 +366,8 @@ class MachineCalibration:
         other half gives, and without.
     strikes : int
         How many fit the alignment.
+    notes : tuple of str
+        How exact the recorded places are.
     ignored : tuple of str
         Shots and strikes that were left out, with the reason.
 
@@ -377,6 +379,7 @@ class MachineCalibration:
     errors: float
     errors_before: float
     strikes: int
+    notes: tuple[str, ...]
     ignored: tuple[str, ...]
 
     @property
@@ -388,6 +391,7 @@ class MachineCalibration:
             f'without the alignment: {1e3 * self.errors_before:.1f} mm.',
             'The reach is not sought: the cue keeps its speed around the contact, so that no '
             'strike depends on it.',
+            *self.notes,
             *(f'ignored: {text}' for text in self.ignored),
         )
 
@@ -465,7 +469,8 @@ def calibrate_machine(recordings: Recordings, scene: Scene) -> MachineCalibratio
         _median_error(model, half.alignment, held_out),
         _median_error(model, Alignment(), held_out),
         len(strikes),
-        (*tracking, *ignored),
+        tuple(tracking),
+        tuple(ignored),
     )
 
 

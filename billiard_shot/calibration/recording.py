@@ -194,6 +194,9 @@ def _scatters(track: Track) -> Floats:
 
 def with_sigma(recording: Recording, sigma: float | None) -> Recording:
     """Give all samples without a deviation the stated one [m], else the measured one."""
+    tracks = [track for shot in recording.shots for track in shot.tracks.values()]
+    if not any(np.isnan(track.sigma).any() for track in tracks):
+        return recording
     usual = sigma or measured_sigma(recording.shots) or USUAL_SIGMA
 
     def stated(track: Track) -> Track:

@@ -177,11 +177,11 @@ class Calibration:
 
         """
         model = Model(self.scene, self.frames)
-        samples = samples_of(shot, self.frames[recording].rate, FIT_PERIOD, recording)
-        if seen < SHORT and shot.command is None and len(self.spins):
+        short = seen < SHORT and shot.command is None and len(self.spins) > 0
+        period = 0.0 if short else FIT_PERIOD  # of few samples, all count
+        samples = samples_of(shot, self.frames[recording].rate, period, recording)
+        if short:
             draw = np.random.default_rng(seed)
-            # Of so few samples, all count.
-            samples = samples_of(shot, self.frames[recording].rate, 0.0, recording)
             launch = middle_launch(model, samples, seen, self.spins, draw)
             found = None if launch is None else checked(model, samples, launch)
         else:

@@ -15,6 +15,7 @@ from billiard_shot.calibration.recording import (
     Recording,
     Track,
     tracking_of,
+    with_sigma,
 )
 from billiard_shot.scene import Scene
 from billiard_shot.scene.errors import refused
@@ -291,7 +292,10 @@ def read_recordings(recordings: Recordings) -> list[Recording]:
     """Read recordings; ValueError names the file, line and field of what is wrong."""
     if isinstance(recordings, Recording | str | Path):
         recordings = [recordings]
-    read = [each if isinstance(each, Recording) else read_recording(each) for each in recordings]
+    read = [
+        with_sigma(each, None) if isinstance(each, Recording) else read_recording(each)
+        for each in recordings
+    ]
     if not read:
         raise refused(recordings, 'at least one recording', 'recordings')
     return read
@@ -344,8 +348,10 @@ def _check_places(scene: Scene, shots: Sequence[Samples], recording: Recording) 
         )
 
 
-def check_enough(count: int, least: int, what: str, ignored: Sequence[str]) -> None:
+def check_enough(
+    count: int, least: int, what: str, ignored: Sequence[str], hint: str = ''
+) -> None:
     """Raise ValueError if there are too few shots; it names what is ignored."""
     if count < least:
-        got = '\n  '.join([str(count), *ignored])
+        got = '\n  '.join([f'{count}{hint}', *ignored])
         raise ValueError(f'recordings must have at least {least} {what}, got {got}')
