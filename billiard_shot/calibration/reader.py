@@ -390,7 +390,8 @@ class Description:
     balls : mapping of str to str
         Names of balls by those that the recording has.
     sigma : float, optional
-        Standard deviation of x and y, if the recording states none [m]; by default it is measured.
+        Standard deviation of x and y, if the recording states none [m]; by default, the measured
+        one, and at least 1 mm.
     frame : section
         As `Frame`, with the angle in degrees: `angle_deg`.
     strokes : mapping
@@ -416,7 +417,7 @@ def read_recording(path: str | Path) -> Recording:
     """
     Read a recording, and the description beside it.
 
-    If neither states the standard deviation of places, it is measured, see `measured_sigma`.
+    If neither states the standard deviation of places, it is measured, see `with_sigma`.
 
     Parameters
     ----------

@@ -20,7 +20,12 @@ from billiard_shot.shot.stroke import Stroke
 
 Floats = NDArray[np.float64]
 USUAL_SIGMA = 1e-3
-"""Standard deviation of a seen coordinate if a recording neither states nor tells one [m]."""
+"""
+Standard deviation of a seen coordinate if a recording states none, at least [m].
+
+Errors that samples share, such as the distortion of a picture or a late time stamp, do not show in
+how they scatter.
+"""
 
 WINDOW, LONGEST_STEP = 8, 0.1
 """Samples to which a parabola is fitted, and the mean time between them, at most [s]."""
@@ -193,11 +198,11 @@ def _scatters(track: Track) -> Floats:
 
 
 def with_sigma(recording: Recording, sigma: float | None) -> Recording:
-    """Give all samples without a deviation the stated one [m], else the measured one."""
+    """Give samples without a deviation the stated one [m], else at least the measured one."""
     tracks = [track for shot in recording.shots for track in shot.tracks.values()]
     if not any(np.isnan(track.sigma).any() for track in tracks):
         return recording
-    usual = sigma or measured_sigma(recording.shots) or USUAL_SIGMA
+    usual = sigma or max(measured_sigma(recording.shots) or 0.0, USUAL_SIGMA)
 
     def stated(track: Track) -> Track:
         return replace(track, sigma=np.where(np.isnan(track.sigma), usual, track.sigma))
