@@ -79,7 +79,7 @@ def test_the_launch_of_a_command_is_that_of_the_stroke_with_its_errors(axis):
     seen = samples_of(replace(shot, stroke=stroke, noise=replace(CAROM.noise, bias=BIAS)))
     launches = np.repeat(prior_of(seen)[0][np.newaxis], 6, axis=0)
     launches[range(1, 6), range(5)] += 1.0
-    states = states_of(scene, frame, seen, launches)
+    states = states_of(Model(scene, (frame,)), seen, launches)
     sigmas = np.hypot(CAROM.noise.sigmas(CAROM.ball.radius), LEAST_ERRORS)
     biased = np.add(stroke.offsets, [1e-3 / CAROM.ball.radius, 0.0, 0.0, np.radians(0.5), 0.0])
     for row, error in enumerate(np.concatenate([np.zeros((1, 5)), np.diag(sigmas)])):
