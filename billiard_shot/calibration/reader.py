@@ -62,8 +62,8 @@ LONGEST_SHOT = 120.0
 MOST_ELSEWHERE = 0.2
 """If more of the places are out of their bounds, the whole file has another unit."""
 
-UNITS = ((400.0, 1e-3, 'mm or pixels'), (80.0, 1e-2, 'cm'), (10.0, 0.0254, 'inches'))
-"""Likely units of places that reach farther than a number: their names and lengths [m]."""
+UNITS = ((400.0, 1e-3, 'mm or pixels'), (80.0, 1e-2, 'cm'), (10.0, 1e-2, 'cm or inches'))
+"""Likely units of places that reach farther than a number: lengths [m] and names."""
 
 LEAST_MOVEMENT = 3e-3
 """Between samples of a ball in JSON that lie nearer to each other, the ball was at rest [m]."""
