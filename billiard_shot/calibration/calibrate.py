@@ -81,8 +81,11 @@ exceeds by this factor that of the tracker together with that of models of real 
 MOST_UNEXPLAINED = 0.1
 """Part of the shots that may not be explained."""
 
-GAIN = 0.95
-"""Median ratio of the errors of shots held out, now to before, below which the fit is a gain."""
+GAIN, LOSS = 0.95, 1.25
+"""
+Median ratios of the errors of shots held out, now to before: a fit that changes the scene must be
+below the first one, and one that confirms it below the second one.
+"""
 
 
 class Progress(NamedTuple):
@@ -328,10 +331,12 @@ def no_gain(
     """
     Say that shots held out are predicted no better than before, if they are not.
 
-    A fit that confirms the numbers of the scene may be as good as before.
+    A fit confirms the scene, and may be as good, if no number moves by more than the width of its
+    interval.
     """
-    confirmed = all(
-        each.interval is None or each.interval[0] <= each.before <= each.interval[1]
+    confirms = all(
+        each.interval is None
+        or abs(each.value - each.before) <= each.interval[1] - each.interval[0]
         for each in estimates
     )
     errors = {(each.samples.recording, each.samples.name): each.rmse() for each in before}
@@ -340,7 +345,7 @@ def no_gain(
         for each in checks
         if (each.samples.recording, each.samples.name) in errors
     }
-    if not ratios or np.median([*ratios.values()]) < (1.0 / GAIN if confirmed else GAIN):
+    if not ratios or np.median([*ratios.values()]) < (LOSS if confirms else GAIN):
         return []
     worse = ', '.join(name for name, ratio in ratios.items() if ratio > GAIN)
     return [f'shots held out are predicted no better than by the scene before: {worse}']

@@ -82,7 +82,10 @@ def other_ball(row):
 
 REFUSED = {
     'millimetres': (lambda r: changed(r, scaled(1e3)), r'got values to 1\d+; are they in mm'),
-    'inches': (lambda r: changed(r, scaled(39.37)), r'must be in m, .*are they in cm or inches\? 5'),
+    'inches': (
+        lambda r: changed(r, scaled(39.37)),
+        r'must be in m, .*are they in cm or inches\? 5',
+    ),
     'feet': (lambda r: changed(r, scaled(3.28)), 'places are outside of the table'),
     'centimetres': (lambda r: changed(r, scaled(1e2)), r'got values to 1\d\d.*; are they in cm'),
     'pixels': (

@@ -123,10 +123,10 @@ def check_of(samples, error):
 @pytest.mark.parametrize(
     ('before', 'now', 'interval', 'gains'),
     [
-        (0.04, 0.03, (0.1, 0.2), True),
-        (0.04, 0.04, (0.1, 0.2), False),  # the fit claims another number, for nothing
-        (0.04, 0.04, (0.1, 0.3), True),  # it confirms the number of the scene
-        (0.04, 0.05, (0.1, 0.3), False),
+        (0.04, 0.03, (0.13, 0.17), True),
+        (0.04, 0.04, (0.13, 0.17), False),  # the fit claims another number, for nothing
+        (0.04, 0.04, (0.08, 0.22), True),  # it confirms the number of the scene
+        (0.04, 0.06, (0.08, 0.22), False),
     ],
 )
 def test_a_fit_that_predicts_no_better_than_before_is_doubted(few, before, now, interval, gains):
