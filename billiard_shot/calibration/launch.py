@@ -290,16 +290,11 @@ class Comparison:
 
     def costs(self, launches: Floats, places: Floats) -> Floats:
         """Return the costs (n,) of launches, after which samples lie at places (n, samples, 2)."""
-        away = launches - self.mean
-        costs: Floats = self.sums(places) + np.einsum('ni,ij,nj->n', away, self.precision, away)
-        return costs
-
-    def sums(self, places: Floats) -> Floats:
-        """Return the sums (n,) over samples at places (n, samples, 2)."""
         with np.errstate(invalid='ignore', over='ignore'):
             errors = np.log1p(((places - self.samples.place) ** 2).sum(axis=-1) / self.square)
-        sums: Floats = errors @ self.share
-        return sums
+        away = launches - self.mean
+        costs: Floats = errors @ self.share + np.einsum('ni,ij,nj->n', away, self.precision, away)
+        return costs
 
     def weights(self, errors: Floats) -> Floats:
         """
