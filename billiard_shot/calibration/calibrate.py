@@ -6,6 +6,7 @@ from dataclasses import replace
 from functools import partial
 import hashlib
 import json
+import math
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -339,7 +340,10 @@ def no_gain(
         or abs(each.value - each.before) <= each.interval[1] - each.interval[0]
         for each in estimates
     )
-    errors = {(each.samples.recording, each.samples.name): each.rmse() for each in before}
+    errors = {
+        (each.samples.recording, each.samples.name): max(each.rmse(), _tracking(each))
+        for each in before
+    }
     ratios = {
         each.samples.name: each.rmse() / errors[each.samples.recording, each.samples.name]
         for each in checks
@@ -349,6 +353,11 @@ def no_gain(
         return []
     worse = ', '.join(name for name, ratio in ratios.items() if ratio > GAIN)
     return [f'shots held out are predicted no better than by the scene before: {worse}']
+
+
+def _tracking(shot: Check) -> float:
+    """Return an error of a shot that those of the tracker explain, twice their mean [m]."""
+    return 2.0 * math.sqrt(2.0) * float(np.median(shot.samples.sigma))
 
 
 def _estimates(

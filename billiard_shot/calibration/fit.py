@@ -123,9 +123,6 @@ Watts, Technometrics 23 (1981): what remains to be gained is small beside the er
 would lower the cost by less than the second number: 1 is a standard deviation of an exact model.
 """
 
-TINY = 1e-15
-"""Least standard deviation: a number that nothing decides has none."""
-
 LEVEL = 0.95
 """Part of the intervals that shall hold the truth."""
 
@@ -585,11 +582,12 @@ def deviations_of(problem: Problem, found: Fit) -> Floats:
     Return the standard deviations of the common numbers, from how the shots differ.
 
     This is the sandwich of Huber (Proc. 5th Berkeley Symp. (1967), vol. 1): the errors of the
-    samples of a shot are those of its model, and far from independent.
+    samples of a shot are those of its model, and far from independent. Shots that hardly depend on
+    a number do not differ: then the curvature of the cost tells its deviation.
     """
-    matrix = found.curvatures.sum(axis=0) + problem.precision
-    influences = np.linalg.solve(matrix, found.gradients.T)
-    return np.maximum(np.linalg.norm(influences, axis=1), TINY)
+    inverse = np.linalg.inv(found.curvatures.sum(axis=0) + problem.precision)
+    sandwich = np.linalg.norm(inverse @ found.gradients.T, axis=1)
+    return np.maximum(sandwich, np.sqrt(np.diag(inverse)))
 
 
 class Interval(NamedTuple):
