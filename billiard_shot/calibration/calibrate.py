@@ -31,7 +31,6 @@ from billiard_shot.calibration.fit import (
 )
 from billiard_shot.calibration.launch import (
     FIRST_SCALES,
-    KNOTS,
     launch_of,
     Model,
     model_of,
@@ -73,10 +72,11 @@ than this part of its standard deviation, and the next step would not either.
 LEAST_SHOTS = 5
 """Number of shots that a fit needs."""
 
-BEGINNING, UNEXPLAINED = 0.5, 4.0
+BEGINNING, MODEL_SIGMA, UNEXPLAINED = 0.5, 8e-3, 4.0
 """
-A shot is not explained if the mean square of its errors, until this time [s] after the strike,
-exceeds by this factor that of the tracker together with that of models of real tables.
+A shot is not explained if the median square of its errors, until the first time [s] after the
+strike, exceeds by the last factor that of the tracker together with that of models of real tables,
+whose deviation is the second number [m].
 """
 
 MOST_UNEXPLAINED = 0.1
@@ -307,9 +307,9 @@ def unexplained(problem: Problem, found: Fit) -> list[str]:
     names = []
     for each in followed(problem, found.values, launches, found.scales)[0]:
         samples = each.launch.samples.until(problem.horizon)
-        usual = samples.sigma**2 + np.interp(each.times, KNOTS, FIRST_SCALES) ** 2
+        ratios = each.errors**2 / (2.0 * (samples.sigma**2 + MODEL_SIGMA**2))
         first = each.times < BEGINNING
-        if first.any() and np.mean(each.errors[first] ** 2 / usual[first]) > 2.0 * UNEXPLAINED:
+        if first.any() and np.median(ratios[first]) > UNEXPLAINED:
             names.append(samples.name)
     if len(names) > MOST_UNEXPLAINED * len(launches):
         return [f'no launch explains the first {BEGINNING:g} s of shots {", ".join(names)}']

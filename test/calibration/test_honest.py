@@ -108,9 +108,8 @@ def test_shots_whose_beginning_no_launch_explains_are_named(few):
     found = fit(problem, problem.start, launches, FIRST_SCALES, 0)
     assert unexplained(problem, found) == []
     for launch in launches[:2]:  # the ball is somebody else's
-        launch.samples.place[launch.samples.ball == 0] += (
-            launch.samples.time[launch.samples.ball == 0, np.newaxis] ** 2
-        )
+        struck = launch.samples.ball == 0
+        launch.samples.place[struck] += 8.0 * launch.samples.time[struck, np.newaxis] ** 2
     (said,) = unexplained(problem, found)
     names = ', '.join(each.samples.name for each in launches[:2])
     assert said == f'no launch explains the first 0.5 s of shots {names}'
