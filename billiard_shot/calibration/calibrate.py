@@ -72,11 +72,11 @@ than this part of its standard deviation, and the next step would not either.
 LEAST_SHOTS = 5
 """Number of shots that a fit needs."""
 
-BEGINNING, MODEL_SIGMA, UNEXPLAINED = 0.5, 8e-3, 4.0
+BEGINNING, MODEL_SIGMA, UNEXPLAINED = 0.5, 8e-3, 6.0
 """
-A shot is not explained if the median square of its errors, until the first time [s] after the
-strike, exceeds by the last factor that of the tracker together with that of models of real tables,
-whose deviation is the second number [m].
+A shot is not explained if the median square of the errors of its struck ball, until the first time
+[s] after the strike, exceeds by the last factor that of the tracker together with that of models
+of real tables, whose deviation is the second number [m].
 """
 
 MOST_UNEXPLAINED = 0.1
@@ -308,7 +308,7 @@ def unexplained(problem: Problem, found: Fit) -> list[str]:
     for each in followed(problem, found.values, launches, found.scales)[0]:
         samples = each.launch.samples.until(problem.horizon)
         ratios = each.errors**2 / (2.0 * (samples.sigma**2 + MODEL_SIGMA**2))
-        first = each.times < BEGINNING
+        first = (each.times < BEGINNING) & (samples.ball == 0)
         if first.any() and np.median(ratios[first]) > UNEXPLAINED:
             names.append(samples.name)
     if len(names) > MOST_UNEXPLAINED * len(launches):
