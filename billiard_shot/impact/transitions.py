@@ -74,10 +74,11 @@ def apply(
     """
     j = event.contact
     c = contacts[j]
-    if m.interval < inf and sticks(c) and not (c.keeps_normal or c.is_turned):
-        if event.kind in (CONE_EXIT, RESTITUTION_END):
+    if m.interval < inf and sticks(c) and not c.keeps_normal:
+        about_to_slip = event.kind == CONE_EXIT and not c.is_turned
+        if about_to_slip or event.kind == RESTITUTION_END:
             turn_now(m, contacts, ws, j)
-        if event.kind == CONE_EXIT:  # if it leaves the cone with that normal, too, it slips
+        if about_to_slip:  # if it leaves the cone with that normal, too
             return True
     if event.kind == TIP_CLEAR:
         c.hold, c.compression[0] = FREE, 0.0

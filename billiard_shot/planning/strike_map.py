@@ -11,7 +11,7 @@ search needs it. Some corners are solved first: if most of them show a miscue or
 in most cells of steep strokes, the cell is neither fitted nor divided. Strokes in such cells, in
 cells that are too small to be divided, or that have few strokes, are solved exactly. The sign of a
 mirrors a strike. The cue goes on from where its tip touched the ball: the strike would have left
-it up to 0.1 mm beside.
+it up to 1.5 mm from there.
 
 Cells that choose strokes may have larger errors than those with which their success is stated.
 """
@@ -41,7 +41,7 @@ from billiard_shot.table.mapped_strike import (
 )
 
 SIZES = np.array([0.2, 0.1, 0.08])  # of the largest cells: a and b (ball radii), elevation (rad)
-SPEED_RATIO = 4.0  # of the fastest and the slowest stroke of a cell
+SPEED_RATIO = 2.0  # of the fastest and the slowest stroke of a cell
 LEVELS = 4  # sizes of cells, each half of the last
 FITTED_STRIKES, HELD_OUT = 40, 14  # exact strikes in a cell
 # Their places in the cell, -1 to 1: the first are near its corners, where miscues begin. No two of

@@ -19,10 +19,10 @@ NORMALS = 16  # that a contact has while the tip touches the ball
 # end, and the rate [1/s] at which it loses its motion, per that mass. 4 to 5 kg/s for 4.2 g are
 # near the waves on a maple shaft 13 mm thick. A tip that does not shear needs a lighter end, whose
 # mass is fitted in scene `pool`, where the tip has the restitution 0.75: squirt at 0.1, 0.3 and
-# 0.5 radii is 0.43, 1.21 and 1.99 degrees; that of a free end is 0.40, 1.20 and 2.03.
+# 0.5 radii is 0.45, 1.25 and 1.99 degrees at 2 m/s.
 SHAFT_MASS, SHAFT_DAMPING = 0.58, 950.0
-# With the effect `tip_spring`: 0.38, 1.10 and 1.75 degrees, if the exponent of the tip is 1.5. So
-# strikes agree with those of a chain of masses for that shaft and its ferrule.
+# With the effect `tip_spring` and the exponent 1.5: 0.41, 1.17 and, at 0.48 radii, 1.85 degrees.
+# So strikes agree with those of a chain of masses for that shaft and its ferrule.
 SOFT_TIP_SHAFT_MASS, SOFT_TIP_SHAFT_DAMPING = 1.0, 1190.0
 # Stiffness of a tip along its surface relative to that along the normal. Films show that contacts
 # off centre last longer (docs/limits.md), which needs at most 0.5.

@@ -38,7 +38,7 @@ def round_trips(scene, strokes):
         error = np.concatenate(
             [again.velocity - shot.velocity, scene.ball.radius * (again.spin - shot.spin)]
         )
-        assert residual == pytest.approx(np.linalg.norm(error), abs=1e-9)
+        assert residual == pytest.approx(np.linalg.norm(error), abs=1e-7)
         residuals.append(residual / numbers[4])
         away = np.array(stroke.offsets) - numbers
         away[3] = (away[3] + np.pi) % (2.0 * np.pi) - np.pi
@@ -86,8 +86,8 @@ def test_what_no_stroke_gives_has_a_residual():
 
 
 def test_no_scale_and_no_direction():
-    """Twice as fast and turned: the same stroke, twice as fast and turned."""
-    scene = ONE_HIT
+    """If bodies stay in place, twice as fast and turned is the same stroke, so changed."""
+    scene = Scene.from_dict({'like': 'pool', 'law': 'energetic', 'effects': {'shaft': 'off'}})
     one, residual = invert_strike(scene, (1.0, 0.2, 0), (0, 12, 5))
     two, doubled = invert_strike(scene, (-0.4, 2.0, 0), (-24, 0, 10))
     assert doubled == pytest.approx(2.0 * residual, rel=1e-4)

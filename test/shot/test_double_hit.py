@@ -88,7 +88,7 @@ def test_a_slow_cue_is_braked_with_the_force_that_brakes_a_faster_one():
     assert follow_through_time(0.0, 1.0) == 0.0
 
 
-@pytest.mark.parametrize('name', ['pool_table', 'snooker_table', 'carom'])
+@pytest.mark.parametrize('name', ['pool_table', 'snooker', 'carom'])
 def test_soft_draw_strokes_hit_once(name):
     """The ball slows down, but the cue stops first."""
     scene, rng, n = Scene.load(name), np.random.default_rng(5), 120
@@ -99,6 +99,30 @@ def test_soft_draw_strokes_hit_once(name):
     )  # fmt: skip
     batch = predict_batch(scene, offsets=rows)
     assert not (batch.double_hit & ~batch.miscue).any()
+
+
+def test_the_height_at_which_the_tip_touches_again_decides():
+    """It touches this ball again after 3 ms, 0.2 mm above the cloth; later the ball is higher."""
+    stroke = Stroke.from_offsets(
+        0.18026360389175694, 0.15678435678049768, 0.7296389501272176, 2.0237, 1.6277938444668263
+    )
+    for tolerance in (1e-4, 1e-7):
+        touched = predict('pool', stroke, tolerance)
+        assert touched.chatter
+        assert touched.double_hit is None
+
+
+def test_no_tolerance_decides_what_is_a_double_hit():
+    rng, n = np.random.default_rng(9), 400
+    rows = np.column_stack(
+        [rng.uniform(-0.5, 0.5, (n, 2)), rng.uniform(0.5, 1.4, n), np.zeros(n),
+         rng.uniform(0.5, 5.0, n)]
+    )  # fmt: skip
+    coarse, fine = (predict_batch('pool', offsets=rows, tolerance=t) for t in (1e-3, 1e-7))
+    assert fine.chatter.sum() > 100
+    assert fine.double_hit.sum() > 10
+    assert (coarse.chatter != fine.chatter).mean() < 0.01
+    assert (coarse.double_hit != fine.double_hit).mean() < 0.01
 
 
 @pytest.mark.parametrize('speed', [0.4, 0.7, 1.5, 3.0])
