@@ -222,7 +222,10 @@ def test_a_rounded_tip_touches_nearer_to_the_middle():
     data = {'like': 'pool', 'cue': {'tip_curvature_radius': POOL.ball.radius}}
     scene, point = Scene.from_dict(data), Scene.load('pool')
     axis = Stroke.from_pose(
-        (-1, -0.4 * POOL.ball.radius, POOL.ball.radius), (0, 0, 0, 1), 0.02, (0, 0, POOL.ball.radius)
+        (-1, -0.4 * POOL.ball.radius, POOL.ball.radius),
+        (0, 0, 0, 1),
+        0.02,
+        (0, 0, POOL.ball.radius),
     )
     shot = predict(scene, axis)
     expected = predict(point, Stroke.from_offsets(0.2, 0, 0, 0, 0.02))
