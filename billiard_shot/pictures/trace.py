@@ -23,7 +23,7 @@ from billiard_shot.impact.advance import advance
 from billiard_shot.impact.collide import properties_of
 from billiard_shot.impact.contact_space import contact_space, system_of
 from billiard_shot.impact.laws import elastic_energy, LAWS
-from billiard_shot.impact.state import ContactState, is_active, Model
+from billiard_shot.impact.state import ContactState, is_active, Model, Workspace
 from billiard_shot.records import Array, OBJECTS
 from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.shot import Shot
@@ -86,7 +86,13 @@ class _Recorder:
     rows: list[Array] = field(default_factory=list)
 
     def __call__(
-        self, m: Model, contacts: list[ContactState], scale: float, order: int, x: float
+        self,
+        m: Model,
+        contacts: list[ContactState],
+        ws: Workspace,
+        scale: float,
+        order: int,
+        x: float,
     ) -> None:
         part = np.linspace(0.0, x, SAMPLES_PER_STEP + 2)
         powers = part[:, np.newaxis] ** np.arange(order + 1)
@@ -120,7 +126,7 @@ class _Recorder:
             )
         )
         self.now += scale * x
-        advance(m, contacts, scale, order, x)
+        advance(m, contacts, ws, scale, order, x)
 
 
 def _with_names(function: Callable[..., Any], **names: Any) -> Callable[..., Any]:
