@@ -92,9 +92,9 @@ def test_errors_stay_within_the_tolerance_after_cushions_and_jaws(pockets):
 
 def test_a_path_from_jaw_to_jaw_keeps_to_the_tolerance():
     """Two jaws magnify an error up to 1e5 times."""
-    stroke = Stroke.from_offsets(-0.220203, 0.264562, 0.291646, 1.782535, 5.551186)
-    shot, exact = (predict(POOL, stroke, each, (0.873599, -0.377758)) for each in (1e-4, 1e-9))
-    assert shot.run.jaws_met == 3
+    stroke = Stroke.from_offsets(-0.22817822, 0.27125676, 0.34439632, -0.52397096, 4.09739001)
+    shot, exact = (predict(POOL, stroke, each, (-0.59771821, 0.3877235)) for each in (1e-4, 1e-9))
+    assert shot.run.jaws_met > 2
     assert shot.status == Status.OK
     assert gap(shot.trajectory, exact.trajectory) <= shot.error_estimate <= 1e-4
 
