@@ -26,7 +26,7 @@ from scipy.stats import t as student
 from tools.timing import Report
 
 from billiard_shot import calibrate, Scene
-from billiard_shot.calibration.intervals import LEVEL
+from billiard_shot.calibration.fit import LEVEL
 from billiard_shot.calibration.recording import Frame
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / 'test' / 'calibration'))

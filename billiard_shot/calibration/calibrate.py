@@ -3,48 +3,59 @@
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
+from functools import partial
+import hashlib
+import json
+import math
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from billiard_shot.calibration.check import Check, check
-from billiard_shot.calibration.checkpoint import Checkpoint, State
-from billiard_shot.calibration.comparison import FIRST_SCALES
 from billiard_shot.calibration.estimate import Estimate
-from billiard_shot.calibration.forecast import spins_of
-from billiard_shot.calibration.intervals import Interval, intervals_of, undecided
-from billiard_shot.calibration.joint_fit import (
+from billiard_shot.calibration.fit import (
+    at_bounds,
+    decided,
     deviations_of,
+    Fit,
     fit,
-    JointFit,
+    followed,
+    Interval,
+    Launch,
     Mapped,
     Problem,
-    pulls_of,
     scales_after,
     searched,
-    Shot,
+    Sought,
+    sought_in,
 )
-from billiard_shot.calibration.launch import launch_of, prior_of
-from billiard_shot.calibration.model import Model, model_of, Sought, sought_in, values_of, within
-from billiard_shot.calibration.recording import Floats
-from billiard_shot.calibration.result import Calibration
-from billiard_shot.calibration.simulator import recording_of, Simulator
-from billiard_shot.calibration.usable import (
+from billiard_shot.calibration.launch import (
+    FIRST_SCALES,
+    launch_of,
+    Model,
+    model_of,
+    prior_of,
+)
+from billiard_shot.calibration.recording import Floats, Recording
+from billiard_shot.calibration.result import Calibration, Check, check
+from billiard_shot.calibration.samples import (
     check_enough,
-    check_places,
-    named_scene,
     read_recordings,
     Recordings,
-    Usable,
+    Samples,
     usable_shots,
 )
+from billiard_shot.calibration.search import spins_of
+from billiard_shot.calibration.simulator import recording_of, Simulator
 from billiard_shot.scene import Scene, SceneLike
 from billiard_shot.scene.errors import refused
 from billiard_shot.scene.values import as_float, positive, whole
 
 FIRST_HORIZON, HORIZON, GROWTH = 0.8, 8.0, 3.0
 """First and last time after the strike that count for common numbers [s], and their ratio."""
+
+CORNERS = 2
+"""At the first horizon, from how many other places in the ranges of the numbers fits begin."""
 
 FEW_STEPS, STEPS = 4, 10
 """Most steps of the common numbers at a horizon, and at the last one."""
@@ -54,15 +65,28 @@ ROUNDS = 6
 
 SETTLED = 0.25
 """
-A fit has converged if launches that are searched anew move each common number by less than this
-part of its standard deviation, and the next step would not either.
+A fit has converged if launches that are searched anew, all over, move each common number by less
+than this part of its standard deviation, and the next step would not either.
 """
 
 LEAST_SHOTS = 5
 """Number of shots that a fit needs."""
 
-WORSE = 0.03
-"""A number that the shots do not decide may raise the cost by this part if it is not fitted."""
+BEGINNING, MODEL_SIGMA, UNEXPLAINED = 0.5, 8e-3, 6.0
+"""
+A shot is not explained if the median square of the errors of its struck ball, until the first time
+[s] after the strike, exceeds by the last factor that of the tracker together with that of models
+of real tables, whose deviation is the second number [m].
+"""
+
+MOST_UNEXPLAINED = 0.1
+"""Part of the shots that may not be explained."""
+
+GAIN, LOSS = 0.95, 1.25
+"""
+Median ratios of the errors of shots held out, now to before: a fit that changes the scene must be
+below the first one, and one that confirms it below the second one.
+"""
 
 
 class Progress(NamedTuple):
@@ -131,50 +155,69 @@ def calibrate(
             raise refused(scene, 'given for a simulator', 'scene')
         recordings = recording_of(recordings, scene, seed=seed)
     read = read_recordings(recordings)
-    scene = named_scene(read) if scene is None else Scene.load(scene)
+    scene = _named_scene(read) if scene is None else Scene.load(scene)
     share = as_float(held_out)
     if not 0.0 <= share <= 0.9:
         raise refused(held_out, 'a number from 0 to 0.9', 'held_out')
     horizons = _horizons(positive('horizon', horizon, 's'))
     seed = whole('seed', seed, 0)
     sought = sought_in(scene, read, names)
-    usable, ignored = usable_shots(read)
-    check_places(scene, usable, read)
+    usable, ignored, notes = usable_shots(scene, read)
     order = np.random.default_rng(seed).permutation(len(usable)).tolist()
     count = round(share * len(usable))
     tested, used = ([usable[k] for k in sorted(part)] for part in (order[:count], order[count:]))
-    check_enough(len(used), LEAST_SHOTS, 'usable shots beside those held out', ignored)
+    hint = '; --held-out 0 (held_out=0) holds none out' if count else ''
+    check_enough(len(used), LEAST_SHOTS, 'usable shots beside those held out', ignored, hint)
     mapped: Mapped = map if executor is None else executor.map
-    work = _Work(mapped, progress, (len(horizons) + ROUNDS - 1) * len(used) + 2 * len(tested))
-    content = [(each.shot.name, len(each.watched.place)) for each in usable]
+    stages = len(horizons) + ROUNDS
+    work = _Work(mapped, progress, stages * len(used) + 2 * len(tested))
+    content = [(each.name, len(each.place)) for each in usable]
     saved = Checkpoint(checkpoint, (scene.to_dict(), sought, horizons, share, seed, content))
     model = model_of(scene, read)
-    shots = [Shot(each.watched, each.recording, _first_launch(each, model)) for each in used]
-    problem, found, unsettled = _fitted(model, sought, shots, horizons, seed, work, saved)
-    problem, found, intervals = _decided(problem, found, work)
+    launches = [Launch(each, _first_launch(each, model)) for each in used]
+    begin = Problem(model, sought, horizons[0], work.ticking)
+    problem, found, doubts = _fitted(begin, launches, horizons, seed, work, saved)
+    work.reach(stages * len(used))
+    problem, found, intervals = decided(problem, found, STEPS, work.say_error)
     fitted = problem.model_at(found.values)
     checks, checks_before = (_checked(by, tested, seed, work) for by in (fitted, model))
+    estimates = _estimates(sought, problem, found, intervals)
+    doubts += unexplained(problem, found)
+    doubts += no_gain(checks, checks_before, estimates)
+    bounded = [problem.sought[k].name for k in np.flatnonzero(at_bounds(problem, found))]
+    if bounded:
+        notes.append(f'at a bound of its allowed values: {", ".join(bounded)}')
     saved.remove()
     return Calibration(
         scene=replace(fitted.scene, balls=scene.balls),
-        estimates=_estimates(sought, problem, found, intervals),
+        estimates=estimates,
         frames=fitted.frames,
         recordings=tuple(each.name for each in read),
-        converged=unsettled is None and found.ahead < SETTLED,
-        unsettled=unsettled or (),
-        fitted=tuple(each.watched.name for each in found.shots),
-        spins=spins_of(found.shots),
+        doubts=tuple(doubts),
+        fitted=tuple(each.samples.name for each in found.launches),
+        spins=spins_of([each.numbers for each in found.launches if each.samples.command is None]),
         checks=checks,
         checks_before=checks_before,
+        notes=tuple(notes),
         ignored=tuple(ignored),
     )
 
 
-def _first_launch(one: Usable, model: Model) -> Floats:
+def _named_scene(recordings: Sequence[Recording]) -> Scene:
+    """Load the scene that a recording names; ValueError if none does."""
+    for each in recordings:
+        if each.scene is not None:
+            return Scene.load(each.scene)
+    raise ValueError(
+        f'scene is missing: {recordings[0].name} has no description (.yaml) that names one'
+    )
+
+
+def _first_launch(samples: Samples, model: Model) -> Floats:
     """Return a likely launch: that of the stroke, if it is known."""
-    if one.shot.stroke is None or one.watched.command is not None:
-        return prior_of(one.watched)[0]
-    return launch_of(model.scene, model.frames[one.recording], one.watched, one.shot.stroke)
+    if samples.shot.stroke is None or samples.command is not None:
+        return prior_of(samples)[0]
+    return launch_of(model, samples, samples.shot.stroke)
 
 
 def _horizons(last: float) -> list[float]:
@@ -187,109 +230,138 @@ def _horizons(last: float) -> list[float]:
 
 
 def _fitted(
-    model: Model,
-    sought: tuple[Sought, ...],
-    shots: Sequence[Shot],
+    problem: Problem,
+    launches: Sequence[Launch],
     horizons: Sequence[float],
     seed: int,
     work: '_Work',
-    saved: Checkpoint,
-) -> tuple[Problem, JointFit, tuple[str, ...] | None]:
+    saved: 'Checkpoint',
+) -> tuple[Problem, Fit, list[str]]:
     """
     Fit with all horizons in turn, with the last one until the numbers stay.
 
-    Goes on from the state that is saved, if there is one. Returns also the shots that keep the
-    numbers from staying, None if they stay.
+    Goes on from the state that is saved, if there is one. Returns also why the numbers do not
+    stay; nothing if they do.
     """
-    values = within(sought, values_of(sought))
-    state = saved.read(shots) or State(0, values, FIRST_SCALES, tuple(shots))
-    last, stages = len(horizons) - 1, len(horizons) + ROUNDS - 1
-    pulls: dict[str, Floats] = {}
+    state = saved.read(launches)
+    if state is None:
+        start = np.clip(problem.start, *problem.bounds)
+        state = State(0, start, FIRST_SCALES, tuple(launches))
+    last, stages = len(horizons) - 1, len(horizons) + ROUNDS
     for stage in range(state.stages, stages):
-        again = stage > last  # at the last horizon, launches are searched near those known
+        again = stage > last
         adapts = stage <= last + 1  # after that, the same samples count in the same way
-        problem = Problem(model, sought, horizons[min(stage, last)], work.mapped)
+        problem = problem._replace(horizon=horizons[min(stage, last)])
         work.text = f'first {problem.horizon:g} s'
-        begun = state.shots
+        begun = state.launches
         if not again:
             begun = tuple(replace(each, until=np.inf) for each in begun)
-        launched = searched(
-            problem._replace(mapped=work.ticking),
-            state.values,
-            begun,
-            state.scales,
-            (seed, stage),
-            near=again,
-            cut=adapts,
-        )
-        if len(launched) < LEAST_SHOTS:
+        found_now = searched(problem, state.values, begun, state.scales, (seed, stage), adapts)
+        if len(found_now) < LEAST_SHOTS:
             raise ValueError(
                 f'recordings must have at least {LEAST_SHOTS} shots that the scene can simulate, '
-                f'got {len(launched)} of {len(shots)}: are their places in m, in the frame of the '
-                'table?'
+                f'got {len(found_now)} of {len(launches)}: are their places in m, in the frame of '
+                'the table?'
             )
+        quiet = problem._replace(mapped=work.mapped)
         scales = state.scales
         if adapts:
-            scales = scales_after(problem, state.values, launched, scales)
+            scales = scales_after(quiet, state.values, found_now, scales)
         steps = STEPS if stage >= last else FEW_STEPS
-        found = fit(problem, state.values, launched, scales, steps, work.say_error)
-        moved = (np.abs(found.values - state.values) / deviations_of(problem, found)).max()
-        if again and max(moved, found.ahead) < SETTLED:
-            unsettled = None
-            break
-        before, pulls = pulls, pulls_of(problem, found)
-        unsettled = tuple(
-            name
-            for name in pulls
-            if name in before and (np.abs(pulls[name] - before[name]) > SETTLED).any()
-        )
-        state = State(stage + 1, found.values, found.scales, found.shots)
+        found = fit(quiet, state.values, found_now, scales, steps, work.say_error)
+        if stage == 0:
+            found = _best_of_corners(quiet, found, seed, work)
+        moved = np.abs(found.values - state.values) / deviations_of(problem, found)
+        if again and max(moved.max(initial=0.0), found.ahead) < SETTLED:
+            return quiet, found, []
+        known = {_key(each): each.numbers for each in begun}
+        elsewhere = [
+            each.samples.name
+            for each in found_now
+            if not np.array_equal(each.numbers, known[_key(each)])
+        ]
+        state = State(stage + 1, found.values, found.scales, found.launches)
         if state.stages < stages:
-            saved.write(state, shots)
-    work.reach(stages * len(shots))
-    return problem, found, unsettled
+            saved.write(state, launches)
+    shots = f'unsettled: shots {", ".join(elsewhere)}'
+    return quiet, found, [shots if elsewhere else 'unsettled: the numbers still move']
 
 
-def _decided(
-    problem: Problem, found: JointFit, work: '_Work'
-) -> tuple[Problem, JointFit, list[Interval]]:
-    """
-    Let the numbers go, one after the other, that the shots do not decide; fit the others.
+def _best_of_corners(problem: Problem, found: Fit, seed: int, work: '_Work') -> Fit:
+    """Fit also from corners of the ranges of the numbers: the best fit may be far from a scene."""
+    draw, fits = np.random.default_rng((seed, CORNERS)), [found]
+    for signs in draw.choice([-0.5, 0.5], (CORNERS, len(problem.sought))):
+        corner = np.clip(problem.start + signs * problem.widths, *problem.bounds)
+        report = work.say_error
+        fits.append(fit(problem, corner, found.launches, found.scales, FEW_STEPS, report))
+    return min(fits, key=lambda each: each.cost)
 
-    A number stays if the fit is worse without it.
-    """
-    intervals, needed = intervals_of(problem, found), set[str]()
-    while doubtful := [
-        k for k in undecided(problem, found, intervals) if problem.sought[k].name not in needed
-    ]:
-        least = doubtful[0]
-        work.text = f'without {problem.sought[least].name}'
-        rest = tuple(each for k, each in enumerate(problem.sought) if k != least)
-        without = problem._replace(sought=rest)
-        values = np.delete(found.values, least)
-        tried = fit(without, values, found.shots, found.scales, STEPS, work.say_error)
-        if tried.costs.sum() > (1.0 + WORSE) * found.costs.sum():
-            needed.add(problem.sought[least].name)
-        else:
-            problem, found = without, tried
-            intervals = intervals_of(problem, found)
-    return problem, found, intervals
+
+def _key(launch: Launch) -> tuple[int, str]:
+    return launch.samples.recording, launch.samples.name
+
+
+def unexplained(problem: Problem, found: Fit) -> list[str]:
+    """Name the shots whose beginning is not explained, if these are too many."""
+    launches = [replace(each, until=np.inf) for each in found.launches]
+    names = []
+    for each in followed(problem, found.values, launches, found.scales)[0]:
+        samples = each.launch.samples.until(problem.horizon)
+        ratios = each.errors**2 / (2.0 * (samples.sigma**2 + MODEL_SIGMA**2))
+        first = (each.times < BEGINNING) & (samples.ball == 0)
+        if first.any() and np.median(ratios[first]) > UNEXPLAINED:
+            names.append(samples.name)
+    if len(names) > MOST_UNEXPLAINED * len(launches):
+        return [f'no launch explains the first {BEGINNING:g} s of shots {", ".join(names)}']
+    return []
 
 
 def _checked(
-    model: Model, tested: Sequence[Usable], seed: int, work: '_Work'
+    model: Model, tested: Sequence[Samples], seed: int, work: '_Work'
 ) -> tuple[Check, ...]:
     """Predict shots that were not fitted; leave out those without any launch."""
     work.text = 'shots held out'
-    items = [
-        (model, each.recording, each.shot, np.inf, (seed, number))
-        for number, each in enumerate(tested)
-    ]
-    return tuple(each for each in work.ticking(check, items) if each is not None)
+    items = [(each, (seed, number)) for number, each in enumerate(tested)]
+    found = work.ticking(partial(check, model, np.inf), items)
+    return tuple(each for each in found if each is not None)
+
+
+def no_gain(
+    checks: Sequence[Check], before: Sequence[Check], estimates: Sequence[Estimate]
+) -> list[str]:
+    """
+    Say that shots held out are predicted no better than before, if they are not.
+
+    A fit confirms the scene, and may be as good, if no number moves by more than the width of its
+    interval.
+    """
+    confirms = all(
+        each.interval is None
+        or abs(each.value - each.before) <= each.interval[1] - each.interval[0]
+        for each in estimates
+    )
+    errors = {
+        (each.samples.recording, each.samples.name): max(each.rmse(), _tracking(each))
+        for each in before
+    }
+    ratios = {
+        each.samples.name: each.rmse() / errors[each.samples.recording, each.samples.name]
+        for each in checks
+        if (each.samples.recording, each.samples.name) in errors
+    }
+    if not ratios or np.median([*ratios.values()]) < (LOSS if confirms else GAIN):
+        return []
+    worse = ', '.join(name for name, ratio in ratios.items() if ratio > GAIN)
+    return [f'shots held out are predicted no better than by the scene before: {worse}']
+
+
+def _tracking(shot: Check) -> float:
+    """Return an error of a shot that those of the tracker explain, twice their mean [m]."""
+    return 2.0 * math.sqrt(2.0) * float(np.median(shot.samples.sigma))
 
 
 def _estimates(
-    sought: Sequence[Sought], problem: Problem, found: JointFit, intervals: Sequence[Interval]
+    sought: Sequence[Sought], problem: Problem, found: Fit, intervals: Sequence[Interval]
 ) -> tuple[Estimate, ...]:
     """Return the estimates of all numbers, also of those that the shots do not decide."""
     fits = zip(found.values.tolist(), intervals, strict=True)
@@ -338,3 +410,84 @@ class _Work:
     def _say(self, text: str) -> None:
         if self._progress is not None:
             self._progress(Progress(text, self._done, self._total))
+
+
+class State(NamedTuple):
+    """After a number of stages: common numbers, scales, and launches."""
+
+    stages: int
+    values: Floats
+    scales: Floats
+    launches: tuple[Launch, ...]
+
+
+class Checkpoint:
+    """
+    A file with the state of a calibration; without a path, nothing is written.
+
+    Parameters
+    ----------
+    path : str or Path, optional
+    request : object
+        All that decides the result, as text: the state of another calibration is not read.
+
+    """
+
+    def __init__(self, path: str | Path | None, request: object) -> None:
+        self._path = None if path is None else Path(path)
+        self._key = hashlib.sha256(repr(request).encode()).hexdigest()
+
+    def read(self, shots: Sequence[Launch]) -> State | None:
+        """
+        Read the state; None if there is none.
+
+        Raises
+        ------
+        ValueError
+            If the file has the state of another calibration.
+
+        """
+        if self._path is None or not self._path.exists():
+            return None
+        try:
+            data = json.loads(self._path.read_text(encoding='utf-8'))
+            key, stages, values, scales, launches, until = (data[name] for name in FIELDS)
+        except (ValueError, KeyError, TypeError):
+            key = None
+        if key != self._key:
+            raise ValueError(
+                f'checkpoint: {self._path} has no state of this calibration; remove it to begin '
+                'anew'
+            )
+        found = tuple(
+            replace(shot, numbers=np.array(launches[number]), until=np.array(until[number]))
+            for number, shot in enumerate(shots)
+            if launches[number] is not None
+        )
+        return State(stages, np.array(values), np.array(scales), found)
+
+    def write(self, state: State, shots: Sequence[Launch]) -> None:
+        """Write a state; `shots` are all shots, of which it may have left out some."""
+        if self._path is None:
+            return
+        found = {_key(shot): shot for shot in state.launches}
+        kept = [found.get(_key(shot)) for shot in shots]
+        content = (
+            self._key,
+            state.stages,
+            state.values.tolist(),
+            state.scales.tolist(),
+            [shot and shot.numbers.tolist() for shot in kept],
+            [shot and np.asarray(shot.until).tolist() for shot in kept],
+        )
+        written = self._path.with_suffix(self._path.suffix + '.new')
+        written.write_text(json.dumps(dict(zip(FIELDS, content, strict=True))), encoding='utf-8')
+        written.replace(self._path)  # all of it or nothing, also if the process ends now
+
+    def remove(self) -> None:
+        """Remove the file of a calibration that is done."""
+        if self._path is not None:
+            self._path.unlink(missing_ok=True)
+
+
+FIELDS = 'calibration', 'stages', 'values', 'scales', 'launches', 'until'

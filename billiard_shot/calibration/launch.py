@@ -1,5 +1,5 @@
 """
-Launches: the start of a shot as numbers that can be fitted, and the ways of the balls after it.
+Launches: the start of a shot as numbers that can be fitted, and how well they explain its samples.
 
 The numbers of a launch: the speed of the struck ball [m/s]; its direction [rad]; its spin times
 its radius [m/s] about the axes by which it rolls (follow), turns about the vertical (side), and
@@ -9,20 +9,32 @@ ball may lie farther off along its way: this stands for an error of the time of 
 If the stroke was commanded, the first five numbers are its errors, in standard deviations: of a,
 b, elevation, azimuth and speed. The scene then tells velocity and spin, so that shots decide
 numbers of the cue, too.
+
+A sample that errs by r counts log(1 + (r / s)^2), as if errors had the distribution of Cauchy
+with the scale s: a path that leaves the recorded one after a collision does not outweigh all
+others. The scale grows with time, as the errors of predictions do.
+
+Launches are improved by Gauss-Newton steps with the damping of Levenberg and Marquardt (Nocedal
+and Wright, Numerical Optimization, 2nd ed., section 10.3), weighted again in each step (Holland
+and Welsch, Commun. Stat. A 6 (1977)). All launches of a shot and all steps of differences are
+simulated in one batch.
 """
 
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 import math
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from billiard_shot.calibration.recording import Command, Floats, Frame
-from billiard_shot.calibration.watched import Watched
+from billiard_shot.calibration.recording import Command, Floats, Frame, Recording
+from billiard_shot.calibration.samples import Samples
 from billiard_shot.planning.strikes import strike_alone
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL, nose_standoff
 from billiard_shot.scene.player import A, B, with_errors
-from billiard_shot.shot.effects import model_of
+from billiard_shot.shot.effects import model_of as strike_model_of
 from billiard_shot.shot.predict import predict
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.status import Status
@@ -67,48 +79,82 @@ CONTACTS = EventKind.BALL, EventKind.CUSHION, EventKind.CLUSTER
 
 SOLVED = Status.OK, Status.OFF_TABLE
 
+SAMPLE_TIME = 0.1
+"""Errors within this time are alike [s]: samples of one ball within it count as one."""
 
-def size_of(watched: Watched) -> int:
-    """Return how many numbers a launch has."""
-    return PLACES + 2 * len(watched.balls)
+KNOTS = np.array([0.0, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0])
+"""Times between which scales are interpolated [s]."""
+
+FIRST_SCALES = np.array([1e-3, 1.5e-3, 3e-3, 7e-3, 18e-3, 40e-3, 80e-3])
+"""Scales at these times before anything is known [m]: those of a table that is not known well."""
+
+LEAST_SCALE = 1e-3
+"""Smallest scale [m]."""
+
+DAMPINGS = np.array([1e-3, 1e-1, 10.0])
+"""Factors of the last damping, all of which are tried."""
+
+FIRST_DAMPING, LEAST_DAMPING, MOST_DAMPING, RAISED = 1.0, 1e-4, 1e4, 30.0
+"""Damping relative to the diagonal, its bounds, and its factor if no step was better."""
+
+ENOUGH, EXACT = 1e-3, 1e-7
+"""A launch is done if a step lowers its cost by less than this part: in searches, and in fits."""
 
 
-def prior_of(watched: Watched) -> tuple[Floats, Floats]:
+@dataclass(frozen=True, slots=True)
+class Model:
+    """A scene without balls, and the frames of the recordings."""
+
+    scene: Scene
+    frames: tuple[Frame, ...]
+
+    def frame(self, samples: Samples) -> Frame:
+        """Return the frame of the recording of a shot."""
+        return self.frames[samples.recording]
+
+
+def model_of(scene: Scene, recordings: Sequence[Recording]) -> Model:
+    """Return the model with which a calibration begins."""
+    return Model(replace(scene, balls={}), tuple(each.frame for each in recordings))
+
+
+def prior_of(samples: Samples) -> tuple[Floats, Floats]:
     """Return the likely numbers of a launch, and the inverse of their covariance."""
-    n = size_of(watched)
-    speed, direction = math.hypot(*watched.velocity), math.atan2(*watched.velocity[::-1])
+    n = PLACES + 2 * len(samples.balls)
+    speed, direction = math.hypot(*samples.velocity), math.atan2(*samples.velocity[::-1])
     mean, precision, sigmas = np.zeros(n), np.zeros((n, n)), np.ones(PLACES)
-    if watched.command is None:
+    if samples.command is None:
         mean[SPEED], mean[DIRECTION] = speed, direction
         sigmas[:] = 0.5 * speed, 0.2, *(each * speed for each in SPIN_SIGMAS)
     precision[range(PLACES), range(PLACES)] = sigmas**-2
-    across = np.maximum(watched.rest_sigma, LEAST_PLACE_SIGMA) ** -2
+    across = np.maximum(samples.rest_sigma, LEAST_PLACE_SIGMA) ** -2
     precision[range(PLACES, n), range(PLACES, n)] = np.repeat(across, 2)
-    along = 1.0 / (1.0 / across[0] + (speed * watched.start_sigma) ** 2)
-    way = watched.velocity / speed
+    along = 1.0 / (1.0 / across[0] + (speed * samples.start_sigma) ** 2)
+    way = samples.velocity / speed
     struck = slice(PLACES, PLACES + 2)
     precision[struck, struck] += (along - across[0]) * np.outer(way, way)
     return mean, precision
 
 
-def steps_of(watched: Watched) -> Floats:
+def steps_of(samples: Samples) -> Floats:
     """Return the steps of the numbers of a launch for differences."""
-    speed = math.hypot(*watched.velocity)
-    steps = np.full(size_of(watched), 2e-6)
+    speed = math.hypot(*samples.velocity)
+    steps = np.full(PLACES + 2 * len(samples.balls), 2e-6)
     steps[:PLACES] = ERROR_STEP
-    if watched.command is None:
+    if samples.command is None:
         steps[:PLACES] = 1e-5 * speed, 1e-5, 1e-4 * speed, 1e-4 * speed, 1e-4 * speed
     return steps
 
 
-def launch_of(scene: Scene, frame: Frame, watched: Watched, stroke: Stroke) -> Floats:
+def launch_of(model: Model, samples: Samples, stroke: Stroke) -> Floats:
     """Return the numbers of the launch that a scene predicts for a stroke."""
-    x, y = frame.to_table(watched.rest[0]).tolist()
-    shot = predict(replace(scene, balls={CUE_BALL: (x, y)}), stroke)
-    launch, _ = prior_of(watched)
+    frame = model.frame(samples)
+    x, y = frame.to_table(samples.rest[0]).tolist()
+    shot = predict(replace(model.scene, balls={CUE_BALL: (x, y)}), stroke)
+    launch, _ = prior_of(samples)
     if shot.status.refused:
         return launch
-    radius = frame.scale * scene.ball.radius
+    radius = frame.scale * model.scene.ball.radius
     (u, v, _), (a, b, c) = shot.velocity.tolist(), (radius * shot.spin).tolist()
     direction = math.atan2(v, u)
     cosine, sine = math.cos(direction), math.sin(direction)
@@ -117,16 +163,17 @@ def launch_of(scene: Scene, frame: Frame, watched: Watched, stroke: Stroke) -> F
     return launch
 
 
-def states_of(scene: Scene, frame: Frame, watched: Watched, launches: Floats) -> TableStates:
+def states_of(model: Model, samples: Samples, launches: Floats) -> TableStates:
     """Return the states of the balls after the strikes of (n, numbers) launches."""
-    radius, count = scene.ball.radius, len(watched.balls)
+    scene, frame = model.scene, model.frame(samples)
+    radius, count = scene.ball.radius, len(samples.balls)
     position = np.full((len(launches), count, 3), radius)
-    moved = watched.rest + launches[:, PLACES:].reshape(-1, count, 2)
+    moved = samples.rest + launches[:, PLACES:].reshape(-1, count, 2)
     position[..., :2] = apart(scene, frame.to_table(moved))
     velocity, spin = np.zeros_like(position), np.zeros_like(position)
-    if watched.command is not None:
-        velocity[:, 0], spin[:, 0] = _struck(scene, watched.command, launches[:, :PLACES])
-        return TableStates(watched.balls, position, velocity, spin)
+    if samples.command is not None:
+        velocity[:, 0], spin[:, 0] = _strike(scene, samples.command, launches[:, :PLACES])
+        return TableStates(samples.balls, position, velocity, spin)
     direction = launches[:, DIRECTION] - frame.angle
     ahead = np.stack([np.cos(direction), np.sin(direction)], axis=-1)
     left = ahead[:, ::-1] * np.array([-1.0, 1.0])
@@ -134,10 +181,15 @@ def states_of(scene: Scene, frame: Frame, watched: Watched, launches: Floats) ->
     follow, side, masse = (launches[:, k, np.newaxis] / radius for k in (FOLLOW, SIDE, MASSE))
     spin[:, 0, :2] = follow * left + masse * ahead
     spin[:, 0, 2:] = side
-    return TableStates(watched.balls, position, velocity / frame.scale, spin / frame.scale)
+    return TableStates(samples.balls, position, velocity / frame.scale, spin / frame.scale)
 
 
-def _struck(scene: Scene, command: Command, errors: Floats) -> tuple[Floats, Floats]:
+def sigmas_of(command: Command, radius: float) -> Floats:
+    """Return the deviations (5,) of a commanded stroke (ball radii, rad, m/s)."""
+    return np.hypot(command.noise.sigmas(radius), LEAST_ERRORS)
+
+
+def _strike(scene: Scene, command: Command, errors: Floats) -> tuple[Floats, Floats]:
     """
     Strike the ball with errors (n, 5) of a commanded stroke, in standard deviations.
 
@@ -147,58 +199,50 @@ def _struck(scene: Scene, command: Command, errors: Floats) -> tuple[Floats, Flo
         Of the ball [m/s] and [rad/s]; NaN if the stroke cannot be played.
 
     """
-    model, radius = model_of(scene), scene.ball.radius
-    stroke, noise = command
+    strikes, radius = strike_model_of(scene), scene.ball.radius
     # Launches that differ in the places of the balls alone have the same strike.
     different, which = np.unique(errors, axis=0, return_inverse=True)
-    away = noise.means(radius) + different * np.hypot(noise.sigmas(radius), LEAST_ERRORS)
-    strokes = with_errors(np.array(stroke.offsets), away)
-    if stroke.axis:
-        strokes[:, [A, B]] /= 1.0 + model.tip_curvature  # where the tip touches
-    struck = strike_alone(model, strokes)
+    away = command.noise.means(radius) + different * sigmas_of(command, radius)
+    strokes = with_errors(np.array(command.offsets), away)
+    if command.axis:
+        strokes[:, [A, B]] /= 1.0 + strikes.tip_curvature  # where the tip touches
+    played = strike_alone(strikes, strokes)
     which = which.ravel()  # of another shape in some versions of NumPy
-    return struck.velocity[which], struck.surface[which] / radius
+    return played.velocity[which], played.surface[which] / radius
 
 
-def ways_of(scene: Scene, frame: Frame, watched: Watched, launches: Floats) -> Floats:
+def ways_of(model: Model, samples: Samples, launches: Floats) -> Floats:
     """
     Return where the samples of a shot would lie after (n, numbers) launches.
-
-    Parameters
-    ----------
-    scene : Scene
-    frame : Frame
-    watched : Watched
-    launches : (n, numbers) float array
 
     Returns
     -------
     (n, samples, 2) float array
-        [m]; infinite for launches that cannot be simulated.
+        [m], in the frame of the recording; infinite for launches that cannot be simulated.
 
     """
-    times = watched.times
     batch = simulate_batch(
-        scene,
-        states_of(scene, frame, watched, launches),
+        model.scene,
+        states_of(model, samples, launches),
         max_events=MAX_EVENTS,
         workers=1,
-        until=float(times[-1]) + GAP,
-        at=times,
+        until=samples.duration + GAP,
+        at=samples.times,
     )
-    places = frame.to_recording(batch.position_at[:, watched.ball, watched.at, :2])
+    seen = batch.position_at[:, samples.ball, samples.at, :2]
+    places = model.frame(samples).to_recording(seen)
     places[~np.isin(batch.status, SOLVED)] = np.inf
     return places
 
 
-def contacts_of(scene: Scene, frame: Frame, watched: Watched, launch: Floats) -> Floats:
+def contacts_of(model: Model, samples: Samples, launch: Floats) -> Floats:
     """Return the times [s] at which balls meet balls and cushions after a launch (numbers,)."""
-    states = states_of(scene, frame, watched, launch[np.newaxis])
+    states = states_of(model, samples, launch[np.newaxis])
     balls = {
         name: BallState(*(getattr(states, field)[0, i] for field in VECTORS))
-        for i, name in enumerate(watched.balls)
+        for i, name in enumerate(samples.balls)
     }
-    run = simulate(scene, balls, until=watched.duration)
+    run = simulate(model.scene, balls, until=samples.duration)
     return np.array([event.time for event in run.events if event.kind in CONTACTS])
 
 
@@ -219,3 +263,176 @@ def apart(scene: Scene, places: Floats) -> Floats:
             half = np.array([scene.table.length, scene.table.width]) / 2.0 - nose
             places = np.clip(places, -half, half)
     return places
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Comparison:
+    """
+    What launches of a shot are compared with.
+
+    Attributes
+    ----------
+    samples : Samples
+    mean, precision : (numbers,) or (n, numbers), and (numbers, numbers) float array
+        Likely numbers of the launch, or of each one, and the inverse of their covariance.
+    square : (samples,) float array
+        Squares of the scales [m^2].
+    share : (samples,) float array
+        For how many independent samples each one stands.
+
+    """
+
+    samples: Samples
+    mean: Floats
+    precision: Floats
+    square: Floats
+    share: Floats
+
+    def costs(self, launches: Floats, places: Floats) -> Floats:
+        """Return the costs (n,) of launches, after which samples lie at places (n, samples, 2)."""
+        with np.errstate(invalid='ignore', over='ignore'):
+            errors = np.log1p(((places - self.samples.place) ** 2).sum(axis=-1) / self.square)
+        away = launches - self.mean
+        costs: Floats = errors @ self.share + np.einsum('ni,ij,nj->n', away, self.precision, away)
+        return costs
+
+    def weights(self, errors: Floats) -> Floats:
+        """
+        Return the weights (n, 2 samples) [1/m^2] of errors (n, samples, 2) in least squares.
+
+        With them, the gradient is that of the cost, but for a factor of 2.
+        """
+        weights: Floats = self.share / (self.square + (errors**2).sum(axis=-1))
+        return np.repeat(weights, 2, axis=-1)
+
+    def curvatures(self, errors: Floats) -> Floats:
+        """
+        Return the curvatures (n, 2 samples) [1/m^2] of the cost, but for a factor of 2.
+
+        They are means over all directions of an error. Weights are larger: deviations that follow
+        from them are too small.
+        """
+        both = self.square + (errors**2).sum(axis=-1)
+        return np.repeat(self.share * self.square / both**2, 2, axis=-1)
+
+
+def compare(samples: Samples, scales: Floats, horizon: float | Floats = np.inf) -> Comparison:
+    """Compare with samples until a horizon, see `Samples.until`; scales (knots,) [m]."""
+    seen = samples.until(horizon)
+    square = np.interp(seen.time, KNOTS, scales) ** 2 + seen.sigma**2
+    return Comparison(seen, *prior_of(samples), square, seen.share / SAMPLE_TIME)
+
+
+def scales_of(times: Floats, errors: Floats) -> Floats:
+    """
+    Return the scales (knots,) [m] of errors (n,) [m] of samples at times (n,) [s].
+
+    After the last sample, the first scales stand.
+    """
+    scales, last = np.zeros(len(KNOTS)), LEAST_SCALE
+    edges = np.concatenate([[0.0], 0.5 * (KNOTS[1:] + KNOTS[:-1]), [np.inf]])
+    for k in range(len(KNOTS)):
+        inside = (times >= edges[k]) & (times < edges[k + 1])
+        if inside.any():
+            last = max(float(np.median(errors[inside])), last)
+        elif not (times > edges[k]).any():
+            last = max(FIRST_SCALES[k], last)
+        scales[k] = last
+    return scales
+
+
+class Fitted(NamedTuple):
+    """
+    Launches of a shot.
+
+    Attributes
+    ----------
+    launches : (n, numbers) float array
+    costs : (n,) float array
+        Infinite for a launch that cannot be simulated.
+    places : (n, samples, 2) float array
+        Where the samples would lie [m].
+
+    """
+
+    launches: Floats
+    costs: Floats
+    places: Floats
+
+    def take(self, which: NDArray[np.integer]) -> 'Fitted':
+        """Return some of the launches."""
+        return Fitted(*(each[which] for each in self))
+
+
+def derivatives_of(model: Model, compared: Comparison, fitted: Fitted) -> tuple[Floats, Floats]:
+    """
+    Return the errors (n, samples, 2) of launches, and their derivatives (n, numbers, 2 samples).
+
+    Derivatives that do not exist, because a launch nearby cannot be simulated, are zero.
+    """
+    steps = steps_of(compared.samples)
+    n, numbers = fitted.launches.shape
+    rows = (fitted.launches[:, np.newaxis] + np.diag(steps)).reshape(n * numbers, numbers)
+    moved = ways_of(model, compared.samples, rows).reshape(n, numbers, -1, 2)
+    with np.errstate(invalid='ignore'):
+        slopes = (moved - fitted.places[:, np.newaxis]) / steps[:, np.newaxis, np.newaxis]
+    slopes[~np.isfinite(slopes)] = 0.0
+    errors = fitted.places - compared.samples.place
+    return errors, slopes.reshape(n, numbers, -1)
+
+
+def normal_equations(model: Model, compared: Comparison, fitted: Fitted) -> tuple[Floats, Floats]:
+    """Return the matrices (n, numbers, numbers) and gradients (n, numbers) of launches."""
+    errors, slopes = derivatives_of(model, compared, fitted)
+    weighted = slopes * compared.weights(errors)[:, np.newaxis]
+    matrix = weighted @ slopes.transpose(0, 2, 1) + compared.precision
+    gradient = np.einsum('nks,ns->nk', weighted, errors.reshape(len(errors), -1))
+    return matrix, gradient + (fitted.launches - compared.mean) @ compared.precision
+
+
+def evaluated(model: Model, compared: Comparison, launches: Floats) -> Fitted:
+    """Simulate launches (n, numbers), and compare."""
+    places = ways_of(model, compared.samples, launches)
+    return Fitted(launches, compared.costs(launches, places), places)
+
+
+def refined(
+    model: Model,
+    compared: Comparison,
+    launches: Floats,
+    steps: int,
+    enough: float = ENOUGH,
+) -> Fitted:
+    """
+    Improve launches (n, numbers) by a number of steps; those that are impossible stay.
+
+    `compared.mean` is one for all launches (numbers,), or one for each (n, numbers).
+    """
+    fitted = evaluated(model, compared, np.array(launches))
+    n, numbers = fitted.launches.shape
+    means = np.broadcast_to(compared.mean, (n, numbers))
+    damping = np.full(n, FIRST_DAMPING)
+    left = np.flatnonzero(np.isfinite(fitted.costs))
+    for _ in range(steps):
+        if not len(left):
+            break
+        here = replace(compared, mean=means[left])
+        matrix, gradient = normal_equations(model, here, fitted.take(left))
+        factors = damping[left, np.newaxis] * DAMPINGS  # (left, tries)
+        diagonal = np.einsum('nkk->nk', matrix)[:, np.newaxis, :, np.newaxis] * np.eye(numbers)
+        damped = matrix[:, np.newaxis] + factors[..., np.newaxis, np.newaxis] * diagonal
+        moves = np.linalg.solve(damped, gradient[:, np.newaxis, :, np.newaxis])[..., 0]
+        tried = (fitted.launches[left, np.newaxis] - moves).reshape(-1, numbers)
+        here = replace(compared, mean=np.repeat(means[left], len(DAMPINGS), axis=0))
+        found = evaluated(model, here, tried)
+        best = found.costs.reshape(len(left), -1).argmin(axis=-1)
+        rows = np.arange(len(left)) * len(DAMPINGS) + best
+        gain = fitted.costs[left] - found.costs[rows]
+        better = gain > 0.0
+        for kept, new in zip(fitted, found.take(rows), strict=True):
+            kept[left[better]] = new[better]
+        damping[left] *= np.where(better, DAMPINGS[best], RAISED)
+        damping = np.maximum(damping, LEAST_DAMPING)
+        done = np.where(better, gain < enough * fitted.costs[left], damping[left] > MOST_DAMPING)
+        left = left[~done]
+    return fitted

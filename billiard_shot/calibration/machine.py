@@ -1,41 +1,113 @@
-"""Where a machine stands at its table, and how it errs, from strikes that it recorded."""
+"""
+Where a machine stands at its table, and how it errs, from strikes that it recorded.
+
+Each strike has its own stroke and places of the balls, which are fitted to the samples of all
+balls as those of commanded strokes are, see launch.py, with errors that are wide enough for a
+machine that stands elsewhere. A track does not tell all numbers of a stroke. So what it tells is
+kept as the information that it gives, without the range in which the stroke was sought.
+
+The strokes that were really played differ from those of the encoders by the alignment, in which
+they are nearly linear, and by errors of each strike, which are the robot's. The variances of these
+errors are those of the best evidence (MacKay, Neural Comput. 4 (1992)), together with the errors
+that the scene states before. The intervals of the numbers are those of Student's t.
+"""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 import math
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from scipy.stats import chi2
+from scipy.stats import t as student
 
-from billiard_shot.calibration.comparison import FIRST_SCALES, scales_of
-from billiard_shot.calibration.errors import estimates_of, with_noise
-from billiard_shot.calibration.estimate import Estimate
-from billiard_shot.calibration.intervals import LEVEL
-from billiard_shot.calibration.machine_fit import (
-    agreeing,
-    check_decided,
-    Common,
-    common_numbers,
-    NUMBERS,
-    Strike,
-    stroke_in,
+from billiard_shot.calibration.estimate import Estimate, scene_text, yaml_text
+from billiard_shot.calibration.fit import even_until, jackknife, Launch, LEVEL
+from billiard_shot.calibration.launch import (
+    compare,
+    evaluated,
+    FIRST_SCALES,
+    Model,
+    model_of,
+    normal_equations,
+    PLACES,
+    prior_of,
+    refined,
+    scales_of,
+    sigmas_of,
+    ways_of,
 )
-from billiard_shot.calibration.machine_strokes import fit_stroke, HORIZONS, Recorded
-from billiard_shot.calibration.recording import Floats
-from billiard_shot.calibration.scene_file import scene_text, yaml_text
-from billiard_shot.calibration.usable import (
+from billiard_shot.calibration.player import estimates_of, with_noise
+from billiard_shot.calibration.recording import Command, Floats
+from billiard_shot.calibration.samples import (
     check_enough,
-    check_places,
     read_recordings,
     Recordings,
+    Samples,
     usable_shots,
 )
 from billiard_shot.cue.alignment import Alignment, EXACT
 from billiard_shot.cue.mechanism import Mechanism
+from billiard_shot.cue.plan import stroke_on_table
 from billiard_shot.numerics.angles import wrapped
-from billiard_shot.scene import Bias, Scene
+from billiard_shot.scene import Bias, Noise, Scene
 from billiard_shot.scene.checks import write
+from billiard_shot.scene.player import SPEED
+from billiard_shot.shot.stroke import Stroke
+
+HORIZONS = 0.4, 0.8, 1.5
+"""Times after the strike that count, one after the other [s]."""
+
+RANGES = 0.3, 0.3, math.radians(3.0), math.radians(3.0), 0.15
+"""Deviations of the sought strokes: a, b (ball radii), angles [rad], and speed, relative to it."""
+
+MOST_STEPS = 8
+"""Most steps of least squares at each horizon."""
+
+
+class Number(NamedTuple):
+    """A number of the alignment: its unit, and the deviation of likely values."""
+
+    unit: str
+    width: float
+
+
+NUMBERS = {
+    'machine_x': Number('m', 0.02),
+    'machine_y': Number('m', 0.02),
+    'machine_angle_deg': Number('degrees', 2.0),
+    'tip_right': Number('m', 0.01),
+    'tip_up': Number('m', 0.01),
+    'speed_scale': Number('', 0.1),
+    'speed_bias': Number('m/s', 0.1),
+    'elevation_scale': Number('', 0.05),
+    'elevation_bias_deg': Number('degrees', 2.0),
+}
+
+NEEDED = 'machine_x', 'machine_y', 'machine_angle_deg', 'speed_scale'
+"""Numbers without which a machine cannot play."""
+
+UNDECIDED = 0.4
+"""A number is not decided if half of its interval is wider than this part of its width."""
+
+STEP = 1e-3
+"""Step of a number for differences, relative to its width."""
+
+SHARED = 3
+"""Strikes that are used up by what strikes have in common: no kind of error tells more numbers."""
+
+LINEARIZED, ROUNDS = 3, 60
+"""How often the alignment is linearized, and rounds in which variances settle."""
+
+BEFORE = 4.0
+"""Number of errors for which the errors count that the scene states before."""
+
+LEAST_ERRORS = np.array([1e-3, 1e-3, 1e-4, 1e-4, 1e-3])
+"""Smallest deviations of errors that a scene states: a, b (ball radii), rad, rad, m/s."""
+
+LIKELY = 0.995
+"""Part of the strikes that are as near to what all have in common as those that count."""
 
 LEAST_STRIKES = 10
 """Number of strikes that tell the numbers of a machine."""
@@ -71,6 +143,232 @@ LEAST_KNOWN = 4.0
 """Number of known errors that tell their deviation."""
 
 
+class Strike(NamedTuple):
+    """
+    A recorded strike, and what its tracks tell about its stroke.
+
+    Attributes
+    ----------
+    samples : Samples
+        With the stroke as the driver measured it.
+    place : (2,) float array
+        Of the cue ball [m].
+    information : (5, 5) float array
+        The inverse of the covariance of the stroke.
+    moment : (5,) float array
+        Information times the stroke that the tracks alone would tell.
+    measured : Alignment
+        That of the driver.
+
+    """
+
+    samples: Samples
+    place: Floats
+    information: Floats
+    moment: Floats
+    measured: Alignment = EXACT
+
+    def stroke(self, alignment: Alignment, scene: Scene) -> Floats:
+        """Return the stroke (5,) of the tip, if the encoders differ by an alignment."""
+        assert self.samples.shot.stroke is not None
+        x, y = self.place.tolist()
+        return stroke_on_table(alignment, self.samples.shot.stroke, (x, y), scene, self.measured)
+
+
+def _commanded(samples: Samples, stroke: Floats, noise: Noise) -> Samples:
+    """Return a strike as if a stroke (5,) had been commanded."""
+    command = Command(tuple(stroke.tolist()), False, noise)
+    return replace(samples, command=command).until(HORIZONS[-1])
+
+
+def _searched(
+    model: Model, strike: Strike, likely: Floats, width: float, scales: Floats, sigma: float
+) -> tuple[Strike, Floats]:
+    """
+    Fit the stroke of a strike to its tracks.
+
+    Parameters
+    ----------
+    model : Model
+    strike : Strike
+    likely : (5,) float array
+        Around which the stroke is sought.
+    width : float
+        How widely it is sought, relative to `RANGES`.
+    scales : (knots,) float array
+        Of errors [m], see launch.py.
+    sigma : float
+        Deviation of x and y of samples from ways that fit [m].
+
+    Returns
+    -------
+    strike : Strike
+    errors : (samples,) float array
+        Of samples until the last horizon [m].
+
+    """
+    radius = model.scene.ball.radius
+    units = np.array([radius, radius, math.degrees(1.0), math.degrees(1.0), likely[SPEED]])
+    samples = _commanded(strike.samples, likely, Noise(*(width * units * RANGES).tolist()))
+    numbers = prior_of(samples)[0][np.newaxis]
+    for horizon in HORIZONS:
+        best = refined(model, compare(samples, scales, horizon), numbers, MOST_STEPS)
+        numbers = best.launches
+    errors = np.linalg.norm(best.places[0] - samples.place, axis=-1)
+    if not np.isfinite(errors).all():
+        return strike, errors
+    # Only samples count that depend on the stroke evenly.
+    until = even_until(model, [], Launch(samples, numbers[0]))
+    if until.max() < samples.times[0]:
+        return strike, errors
+    compared = compare(samples, scales, until)
+    here = evaluated(model, compared, numbers)
+    (matrix,), (gradient,) = normal_equations(model, compared, here)
+    # Without what was likely before; then without the places, which are not asked for (Schur).
+    matrix[:PLACES, :PLACES] -= np.eye(PLACES)
+    gradient[:PLACES] -= numbers[0, :PLACES]
+    share = matrix[:PLACES, PLACES:] @ np.linalg.inv(matrix[PLACES:, PLACES:])
+    information = matrix[:PLACES, :PLACES] - share @ matrix[PLACES:, :PLACES]
+    moment = information @ numbers[0, :PLACES] - gradient[:PLACES] + share @ gradient[PLACES:]
+    # Robust weights say too little: with errors that are normal, all samples count alike.
+    away = here.places - compared.samples.place
+    more = compared.share.sum() / (sigma**2 * compared.weights(away)[0, ::2].sum())
+    assert samples.command is not None
+    unit = 1.0 / sigmas_of(samples.command, radius)
+    information = more * unit[:, np.newaxis] * information * unit
+    moment = more * unit * moment + information @ likely
+    return strike._replace(information=information, moment=moment), errors
+
+
+class Common(NamedTuple):
+    """
+    What strikes have in common.
+
+    Attributes
+    ----------
+    names : tuple of str
+    values, reach : (names,) float array
+        Numbers of the alignment, and half of their intervals.
+    variances, known : (5,) float array
+        Of the robot's errors of a, b (ball radii), elevation, azimuth [rad] and speed [m/s]; and
+        for how many errors that are exactly known these strikes stand.
+
+    """
+
+    names: tuple[str, ...]
+    values: Floats
+    reach: Floats
+    variances: Floats
+    known: Floats
+
+    @property
+    def alignment(self) -> Alignment:
+        """The alignment with these numbers."""
+        return Alignment(**dict(zip(self.names, self.values.tolist(), strict=True)))
+
+    @property
+    def undecided(self) -> dict[str, float]:
+        """Half of the intervals that are too wide, the widest first for its number."""
+        parts = {
+            name: reach / (UNDECIDED * NUMBERS[name].width)
+            for name, reach in zip(self.names, self.reach.tolist(), strict=True)
+        }
+        wide = sorted((name for name in parts if parts[name] > 1.0), key=lambda name: -parts[name])
+        return {name: float(self.reach[self.names.index(name)]) for name in wide}
+
+
+def decided(scene: Scene, strikes: Sequence[Strike]) -> Common:
+    """Let the numbers go, one after the other, that strikes do not decide; fit the others."""
+    found = common_numbers(scene, strikes, tuple(NUMBERS))
+    while optional := [name for name in found.undecided if name not in NEEDED]:
+        left = tuple(name for name in found.names if name != optional[0])
+        found = common_numbers(scene, strikes, left)
+    return found
+
+
+def check_decided(found: Common) -> None:
+    """Raise ValueError if a number is not decided without which a machine cannot play."""
+    if wide := found.undecided:
+        said = ', '.join(
+            f'{name} only to {reach:.2g} {NUMBERS[name].unit}'.strip()
+            for name, reach in wide.items()
+        )
+        raise ValueError(
+            f'strikes must decide {", ".join(NEEDED)}, but decide {said}; record strikes in other '
+            'directions, at other places and speeds'
+        )
+
+
+def agreeing(scene: Scene, strikes: Sequence[Strike], least: int) -> tuple[list[Strike], Common]:
+    """Leave out strikes, one after the other, that do not fit the others; keep at least some."""
+    kept = list(strikes)
+    while True:
+        found = decided(scene, kept)
+        distances = [_distance(scene, found, each) for each in kept]
+        worst = int(np.argmax(distances))
+        if distances[worst] < chi2.ppf(LIKELY, 5) or len(kept) <= least:
+            return kept, found
+        del kept[worst]
+
+
+def _distance(scene: Scene, found: Common, strike: Strike) -> float:
+    """Return how far a stroke is from what strikes have in common, squared, in deviations."""
+    information = strike.information
+    away = strike.moment - information @ strike.stroke(found.alignment, scene)
+    spread = information + information * found.variances @ information
+    return float(away @ np.linalg.pinv(spread, 1e-10, hermitian=True) @ away)
+
+
+def common_numbers(scene: Scene, strikes: Sequence[Strike], names: tuple[str, ...]) -> Common:
+    """Find numbers of the alignment, while the others are those of an exact machine."""
+    widths = np.array([NUMBERS[name].width for name in names])
+    values = np.array([getattr(Alignment(), name) for name in names])
+    exact, prior = values, np.diag(widths**-2)
+
+    def played(values: Floats) -> Floats:
+        alignment = Alignment(**dict(zip(names, values.tolist(), strict=True)))
+        return np.array([each.stroke(alignment, scene) for each in strikes])
+
+    information = np.array([each.information for each in strikes])
+    moments = np.array([each.moment for each in strikes])
+    variances = before = np.maximum(scene.noise.sigmas(scene.ball.radius), LEAST_ERRORS) ** 2
+    for _ in range(LINEARIZED):
+        strokes = played(values)
+        slopes = np.stack(
+            [(played(values + step) - strokes) / step.sum() for step in np.diag(STEP * widths)],
+            axis=-1,
+        )
+        change = np.zeros(len(names))
+        for _ in range(ROUNDS):
+            # The information about the common part of a stroke, whose own error is not known.
+            blurred = np.eye(5) + information * variances
+            weights = np.linalg.solve(blurred, information)
+            away = np.linalg.solve(blurred, moments[..., np.newaxis])[..., 0]
+            away -= np.einsum('sij,sj->si', weights, strokes)
+            matrix = np.einsum('sik,sij,sjl->kl', slopes, weights, slopes) + prior
+            gradient = np.einsum('sik,si->k', slopes, away) - prior @ (values - exact)
+            change, covariance = np.linalg.solve(matrix, gradient), np.linalg.inv(matrix)
+            left = moments - np.einsum('sij,sj->si', information, strokes + slopes @ change)
+            spread = np.linalg.inv(information + np.diag(1.0 / variances))
+            errors = np.einsum('sij,sj->si', spread, left)
+            turned = spread @ information @ slopes
+            unsure = np.einsum('sii->si', spread + turned @ covariance @ turned.swapaxes(1, 2))
+            known = np.maximum((1.0 - unsure / variances).sum(axis=0), 0.0)
+            variances = ((errors**2).sum(axis=0) + BEFORE * before) / (known + BEFORE)
+        values = values + change
+    # Each strike left out in turn: if strikes differ more than they say.
+    own = np.einsum('sik,sij,sjl->skl', slopes, weights, slopes)
+    pulls = np.einsum('sik,si->sk', slopes, away)
+    spread_out = jackknife(own, pulls, prior, exact - values + change)
+    deviations = np.sqrt(np.maximum(np.diag(covariance), spread_out))
+    # For how many strikes those count that decide a number (Satterthwaite, Biom. Bull. 2 (1946)).
+    parts = np.einsum('ik,skl,il->si', covariance, own, covariance)
+    deciding = parts.sum(axis=0) ** 2 / (parts**2).sum(axis=0)
+    freedom = np.maximum(deciding * (1.0 - SHARED / len(strikes)), 1.0)
+    reach = student.ppf(0.5 + 0.5 * LEVEL, freedom) * deviations
+    return Common(names, values, reach, variances, known)
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class MachineCalibration:
     """
@@ -88,6 +386,8 @@ class MachineCalibration:
         other half gives, and without.
     strikes : int
         How many fit the alignment.
+    notes : tuple of str
+        How exact the recorded places are.
     ignored : tuple of str
         Shots and strikes that were left out, with the reason.
 
@@ -99,6 +399,7 @@ class MachineCalibration:
     errors: float
     errors_before: float
     strikes: int
+    notes: tuple[str, ...]
     ignored: tuple[str, ...]
 
     @property
@@ -110,6 +411,7 @@ class MachineCalibration:
             f'without the alignment: {1e3 * self.errors_before:.1f} mm.',
             'The reach is not sought: the cue keeps its speed around the contact, so that no '
             'strike depends on it.',
+            *self.notes,
             *(f'ignored: {text}' for text in self.ignored),
         )
 
@@ -150,27 +452,32 @@ def calibrate_machine(
 
     """
     read = read_recordings(recordings)
-    usable, ignored = usable_shots(read)
-    check_places(scene, usable, read)
+    usable, ignored, tracking = usable_shots(scene, read)
+    model, nothing = model_of(scene, read), np.zeros((PLACES, PLACES))
     recorded = [
-        Recorded(read[each.recording].frame, each.watched, each.shot.stroke, measured)
+        Strike(each, model.frame(each).to_table(each.rest[0]), nothing, nothing[0], measured)
         for each in usable
         if each.shot.stroke is not None
     ]
     check_enough(len(recorded), LEAST_STRIKES, 'strikes with strokes', ignored)
-    check_conventions(recorded)
-    bare, alignment = replace(scene, balls={}), Alignment()
-    scales, sigma = FIRST_SCALES, float(FIRST_SCALES[0])
+    starts = [
+        np.subtract(
+            *model.frame(each.samples).to_table(np.vstack([each.samples.velocity, [0, 0]]))
+        )
+        for each in recorded
+    ]
+    strokes = [each.samples.shot.stroke for each in recorded if each.samples.shot.stroke]
+    check_conventions(np.array(starts), strokes)
+    alignment, scales, sigma = Alignment(), FIRST_SCALES, float(FIRST_SCALES[0])
+    times = np.concatenate([each.samples.until(HORIZONS[-1]).time for each in recorded])
     for width in WIDTHS:
         strikes, errors = [], []
         for each in recorded:
-            likely = stroke_in(each, alignment, bare)
-            strikes.append(Strike(each, fit_stroke(bare, each, likely, width, scales, sigma)))
-            errors.append(_errors(bare, each, strikes[-1].told.row))
-        times = [each.watched.until(HORIZONS[-1]) for each in recorded]
-        scales = scales_of(
-            np.concatenate([each.times[each.at] for each in times]), np.concatenate(errors)
-        )
+            likely = each.stroke(alignment, model.scene)
+            strike, own = _searched(model, each, likely, width, scales, sigma)
+            strikes.append(strike)
+            errors.append(own)
+        scales = scales_of(times, np.concatenate(errors))
         medians = np.array([np.median(each) for each in errors])
         sigma = max(float(np.median(medians)) / MEDIAN, LEAST_SIGMA)
         fits = medians < WORST * MEDIAN * sigma
@@ -180,34 +487,39 @@ def calibrate_machine(
                 f'recordings must have at least {LEAST_STRIKES} strikes that the scene can '
                 f'explain, got {len(strikes)} of {len(recorded)}'
             )
-        strikes, found = agreeing(bare, strikes, LEAST_STRIKES)
+        strikes, found = agreeing(model.scene, strikes, LEAST_STRIKES)
         alignment = found.alignment
     check_decided(found)
     if left := len(recorded) - len(strikes):
         ignored.append(f'{left} strikes that do not fit the others')
-    half, held_out = common_numbers(bare, strikes[::2], found.names).alignment, strikes[1::2]
-    own = _robot_errors(scene, found)
+    half, held_out = common_numbers(model.scene, strikes[::2], found.names), strikes[1::2]
+    own_errors = _robot_errors(scene, found)
     return MachineCalibration(
         alignment,
-        (*_numbers(found), *own),
-        with_noise(replace(scene, noise=replace(scene.noise, bias=Bias())), own),
-        _median_error(bare, half, held_out),
-        _median_error(bare, Alignment(), held_out),
+        (*_numbers(found), *own_errors),
+        with_noise(replace(scene, noise=replace(scene.noise, bias=Bias())), own_errors),
+        _median_error(model, half.alignment, held_out),
+        _median_error(model, Alignment(), held_out),
         len(strikes),
+        tuple(tracking),
         tuple(ignored),
     )
 
 
-def check_conventions(recorded: Sequence[Recorded]) -> None:
-    """Raise ValueError if strikes seem to be mirrored, swapped, or in other units; say which."""
-    starts = np.array(
-        [
-            each.frame.to_table(each.watched.velocity) - each.frame.to_table(np.zeros(2))
-            for each in recorded
-        ]
-    )
-    headings = np.arctan2(starts[:, 1], starts[:, 0])
-    azimuths = np.array([each.stroke.offsets[3] for each in recorded])
+def check_conventions(velocities: Floats, strokes: Sequence[Stroke]) -> None:
+    """
+    Raise ValueError if strikes seem to be mirrored, swapped, or in other units; say which.
+
+    Parameters
+    ----------
+    velocities : (strikes, 2) float array
+        Of the cue balls, as their tracks begin [m/s].
+    strokes : sequence of Stroke
+        As they were measured.
+
+    """
+    headings = np.arctan2(velocities[:, 1], velocities[:, 0])
+    azimuths = np.array([each.offsets[3] for each in strokes])
 
     def astray(meant: Floats) -> float:
         return float(np.median(np.abs(wrapped(headings - meant))))
@@ -220,8 +532,8 @@ def check_conventions(recorded: Sequence[Recorded]) -> None:
             f'recordings: {likely}: half of the cue balls start {math.degrees(stated):.0f}° '
             f'or more beside their strokes, but {math.degrees(found[likely]):.0f}° if so'
         )
-    speeds = [each.stroke.speed for each in recorded]
-    ratio = float(np.median(np.linalg.norm(starts, axis=1) / speeds))
+    speeds = [each.speed for each in strokes]
+    ratio = float(np.median(np.linalg.norm(velocities, axis=1) / speeds))
     slowest, fastest = LIKELY_SPEEDS
     if not slowest < ratio < fastest:
         raise ValueError(
@@ -230,22 +542,14 @@ def check_conventions(recorded: Sequence[Recorded]) -> None:
         )
 
 
-def _errors(scene: Scene, recorded: Recorded, row: Floats) -> Floats:
-    """Return the errors (samples,) [m] of a strike (8,), until the horizon."""
-    seen = recorded._replace(watched=recorded.watched.until(HORIZONS[-1]))
-    away = seen.ways(scene, row[np.newaxis])[0] - seen.watched.place
-    errors: Floats = np.linalg.norm(away, axis=-1)
-    return errors
-
-
-def _median_error(scene: Scene, alignment: Alignment, strikes: Sequence[Strike]) -> float:
+def _median_error(model: Model, alignment: Alignment, strikes: Sequence[Strike]) -> float:
     """Return the median, over strikes, of the median error of an alignment [m]."""
-    rows = [np.append(stroke_in(each.recorded, alignment, scene), np.zeros(3)) for each in strikes]
-    errors = [
-        np.median(_errors(scene, each.recorded, row))
-        for each, row in zip(strikes, rows, strict=True)
-    ]
-    return float(np.median(errors))
+    medians = []
+    for each in strikes:
+        samples = _commanded(each.samples, each.stroke(alignment, model.scene), Noise())
+        places = ways_of(model, samples, prior_of(samples)[0][np.newaxis])[0]
+        medians.append(np.median(np.linalg.norm(places - samples.place, axis=-1)))
+    return float(np.median(medians))
 
 
 def _numbers(found: Common) -> Iterator[Estimate]:

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import yaml
 
-from billiard_shot.calibration.csv_file import LONGEST_SHOT, opened, WRITTEN
+from billiard_shot.calibration.reader import LONGEST_SHOT, WRITTEN
 from billiard_shot.perception.sightings import Balls
 from billiard_shot.scene.errors import must_be
 from billiard_shot.scene.fields import LONGEST_NAME
@@ -164,11 +164,14 @@ def _names_in(path: Path) -> set[str]:
     """Names of the shots of a recording; it may not exist yet, but must have the same columns."""
     if not path.exists() or not path.stat().st_size:
         return set()
-    with opened(path) as file:
-        rows = csv.reader(file)
-        if tuple(header := next(rows)) != WRITTEN:
-            raise ValueError(f'{path}: the header {must_be(",".join(WRITTEN), ",".join(header))}')
-        return {row[0] for row in rows if row}
+    try:
+        with path.open(encoding='utf-8-sig', newline='') as file:
+            header, *rows = csv.reader(file)
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise ValueError(f'{path}: must be a recording in CSV ({error})') from None
+    if tuple(header) != WRITTEN:
+        raise ValueError(f'{path}: the header {must_be(",".join(WRITTEN), ",".join(header))}')
+    return {row[0] for row in rows if row}
 
 
 def _description(path: Path, own: dict[str, str]) -> dict[str, Any]:

@@ -18,6 +18,7 @@ from typing import Any, NoReturn
 
 import billiard_shot
 from billiard_shot.cli.exit_codes import EXIT_CODES, FAILED, INTERRUPTED, WRONG_INPUT
+from billiard_shot.cli.files import check_files, PICTURES
 from billiard_shot.cli.output import discard_output, tolerant_output
 from billiard_shot.pictures.canvas import require_matplotlib
 from billiard_shot.scene.errors import must_be, must_be_one_of
@@ -49,18 +50,6 @@ CALIBRATIONS = {
     'convert': 'write a recording as CSV',
 }
 GROUPS = {'study': ('STUDY', STUDIES), 'calibrate': ('WHAT', CALIBRATIONS)}
-PICTURES = ('picture', 'history', 'close_up')  # options that name a file to draw
-FILES = (
-    *PICTURES,
-    'output',
-    'view',
-    'video',
-    'state',
-    'report',
-    'errors',
-)  # options that name a file to write
-DRAWN = ('.png', '.svg', '.pdf', '.jpg')  # files that pictures are written to
-PAGES = ('.html',)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -73,7 +62,7 @@ def run_command(parse: Callable[[], argparse.Namespace]) -> int:
     """Parse a command line and run what it asks for; return the exit code, see `EXIT_CODES`."""
     try:
         options = parse()
-        _check_files(options)  # before the work, not after it
+        check_files(options)  # before the work, not after it
         if any(getattr(options, name, None) for name in PICTURES):
             require_matplotlib()
         with tolerant_output():
@@ -186,17 +175,3 @@ def _word(action: argparse.Action) -> str:
     return {'?': f'[{name}]', '*': f'[{name} ...]', '+': f'{name} ...'}.get(
         str(action.nargs), name
     )
-
-
-def _check_files(options: argparse.Namespace) -> None:
-    """Raise ValueError if a file cannot be written: a folder, in no folder, of another kind."""
-    for name in FILES:
-        path = getattr(options, name, None)
-        option = f'--{name.replace("_", "-")}'
-        if path and path.is_dir():
-            raise ValueError(f'{option} must be a file, not a folder, got {path}')
-        if path and not path.absolute().parent.is_dir():
-            raise ValueError(f'{option} must be in a folder that exists, got {path}')
-        kinds = DRAWN if name in PICTURES else PAGES if name in ('view', 'report') else ()
-        if path and kinds and path.suffix not in kinds:
-            raise ValueError(f'{option} must be a file {" or ".join(kinds)}, got {path}')

@@ -9,11 +9,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.calibration.advice import advice
-from billiard_shot.calibration.check import Check, quantiles, SPANS
-from billiard_shot.calibration.estimate import Estimate
-from billiard_shot.calibration.result import Calibration
-from billiard_shot.calibration.scene_file import KEPT
+from billiard_shot.calibration.estimate import advice, Estimate, KEPT
+from billiard_shot.calibration.result import Calibration, Check, quantiles, SPANS
 from billiard_shot.pictures.view import write_text
 from billiard_shot.table.outline import outline_of
 
@@ -49,10 +46,8 @@ def _content(result: Calibration) -> Iterator[str]:
         f'fitted, {len(result.checks)} held out.</p>'
     )
     if not result.converged:
-        yield (
-            '<p class="warning">The fit did not converge. Do not rely on the intervals; more '
-            'shots, or a shorter horizon, may help.</p>'
-        )
+        yield f'<p class="warning">{escape(result.state)}.</p>'
+    yield from (f'<p class="soft">{escape(text)}.</p>' for text in result.notes)
     if result.checks:
         yield '<h2>How well the scene predicts shots that it was not fitted to</h2>'
         yield from _errors(result)
@@ -102,7 +97,7 @@ def _paths(result: Calibration) -> Iterator[str]:
     for title, check in chosen.items():
         yield (
             f'<figure>{_table(result, check)}<figcaption>{title}: shot '
-            f'{escape(check.watched.name)}, {100.0 * check.rmse():.1f} cm</figcaption></figure>'
+            f'{escape(check.samples.name)}, {100.0 * check.rmse():.1f} cm</figcaption></figure>'
         )
     yield '</div>'
 
@@ -115,7 +110,7 @@ def _table(result: Calibration, check: Check) -> str:
     )
     parts = [
         f'<svg viewBox="{-x:.3f} {-y:.3f} {2 * x:.3f} {2 * y:.3f}" role="img" '
-        f'aria-label="shot {escape(check.watched.name)}">'
+        f'aria-label="shot {escape(check.samples.name)}">'
         f'<rect x="{-x:.3f}" y="{-y:.3f}" width="{2 * x:.3f}" height="{2 * y:.3f}" rx=".04" '
         f'fill="#5d4330"/><rect x="{-outline.back[0]:.3f}" y="{-outline.back[1]:.3f}" '
         f'width="{2 * outline.back[0]:.3f}" height="{2 * outline.back[1]:.3f}" '
@@ -125,11 +120,11 @@ def _table(result: Calibration, check: Check) -> str:
         f'<circle cx="{x:.3f}" cy="{-y:.3f}" r="{radius:.3f}" fill="#111"/>'
         for x, y, radius in outline.holes
     ]
-    frame, watched = result.frames[check.recording], check.watched
-    for ball, colour in zip(range(len(watched.balls)), PATHS, strict=False):
-        mine = watched.ball == ball
-        rest = watched.rest[ball][np.newaxis]
-        for name, places in (('seen', watched.place[mine]), ('path', check.places[mine])):
+    frame, samples = result.frames[check.samples.recording], check.samples
+    for ball, colour in zip(range(len(samples.balls)), PATHS, strict=False):
+        mine = samples.ball == ball
+        rest = samples.rest[ball][np.newaxis]
+        for name, places in (('seen', samples.place[mine]), ('path', check.places[mine])):
             line = frame.to_table(np.concatenate([rest, places]))
             shade = 'stroke-opacity=".45"' if name == 'seen' else ''
             parts.append(
@@ -172,10 +167,10 @@ def _charts(result: Calibration) -> Iterator[str]:
 def _speeds(check: Check) -> Floats:
     """Return the speeds of balls at their samples, from the samples around them [m/s]."""
     speeds = np.zeros(len(check.times))
-    for ball in range(len(check.watched.balls)):
-        mine = np.flatnonzero(check.watched.ball == ball)
+    for ball in range(len(check.samples.balls)):
+        mine = np.flatnonzero(check.samples.ball == ball)
         if len(mine) > 1:
-            rates = np.gradient(check.watched.place[mine], check.times[mine], axis=0)
+            rates = np.gradient(check.samples.place[mine], check.times[mine], axis=0)
             speeds[mine] = np.linalg.norm(rates, axis=-1)
     return speeds
 

@@ -10,9 +10,10 @@ from simulated import simulated_recording
 from billiard_shot import Scene
 from billiard_shot.calibration import calibrate as module
 from billiard_shot.calibration.calibrate import calibrate
-from billiard_shot.calibration.check import quantiles
-from billiard_shot.calibration.model import model_of, sought_in, USUAL_NAMES, values_of
+from billiard_shot.calibration.fit import Problem, sought_in, USUAL_NAMES
+from billiard_shot.calibration.launch import model_of
 from billiard_shot.calibration.recording import Frame, Recording
+from billiard_shot.calibration.result import quantiles
 
 CAROM = Scene.load('carom')
 FEW = {
@@ -59,7 +60,7 @@ def test_the_truth_of_a_simulated_table_is_found_within_the_intervals(found):
 
 
 def test_shots_that_were_held_out_are_predicted_better_than_before(found, few):
-    names = {each.watched.name for each in found.checks}
+    names = {each.samples.name for each in found.checks}
     assert len(names) == 1
     assert names.isdisjoint(found.fitted)
     assert len(names) + len(found.fitted) == len(few.shots)
@@ -68,7 +69,7 @@ def test_shots_that_were_held_out_are_predicted_better_than_before(found, few):
 
 
 def test_a_shot_is_predicted_from_its_first_samples(found, few):
-    shot = next(each for each in few.shots if each.name == found.checks[0].watched.name)
+    shot = next(each for each in few.shots if each.name == found.checks[0].samples.name)
     seen, all_of_it = found.predict(shot, seen=0.5), found.predict(shot)
     assert seen.rmse(0.5) < 3e-3
     assert seen.rmse() > all_of_it.rmse()
@@ -83,11 +84,11 @@ def test_the_same_calibration_goes_on_from_its_checkpoint(found, few, tmp_path, 
     arguments = {'names': list(FEW), 'horizon': 1.5, 'held_out': 0.15, 'checkpoint': path}
     searches, searched = [], module.searched
 
-    def interrupted(*request, near, cut):
-        searches.append(near)
+    def interrupted(problem, values, launches, scales, seed, cut):
+        searches.append(seed[-1])
         if len(searches) == 2:
             raise KeyboardInterrupt
-        return searched(*request, near=near, cut=cut)
+        return searched(problem, values, launches, scales, seed, cut)
 
     monkeypatch.setattr(module, 'searched', interrupted)
     with pytest.raises(KeyboardInterrupt):
@@ -100,7 +101,7 @@ def test_the_same_calibration_goes_on_from_its_checkpoint(found, few, tmp_path, 
     assert again.estimates == found.estimates
     assert not path.exists()
     first, *later = searches
-    assert not first
+    assert first == 0
     assert all(later)  # the stage that was done is not done again
 
 
@@ -133,10 +134,11 @@ def test_what_the_shots_do_not_decide_keeps_its_value(tmp_path):
 
 
 def test_shots_that_keep_a_fit_from_converging_are_named(found):
-    assert found.unsettled == ()
+    assert found.doubts == ()
     assert found.state == 'converged'
-    failed = replace(found, converged=False, unsettled=('3', '5'))
-    assert failed.state.endswith('do not rely on the intervals; unsettled: shots 3, 5')
+    failed = replace(found, doubts=('unsettled: shots 3, 5',))
+    assert failed.state.endswith('do not rely on values and intervals; unsettled: shots 3, 5')
+    assert not failed.converged
     assert 'NOT converged' in repr(failed)
 
 
@@ -146,9 +148,8 @@ def test_a_number_that_acts_by_its_square_is_fitted_as_its_square():
     (fading, *_) = sought = sought_in(scene, [Recording('none', ())], ['table.cushion.fading'])
     assert fading.start == pytest.approx(0.04)
     assert fading.stated(fading.start) == pytest.approx(0.2)
-    model = model_of(scene, [Recording('none', ())])
-    moved = values_of(sought) + np.array([0.05, 0.0, 0.0, 0.0])
-    found = model.with_values(sought, moved)
+    problem = Problem(model_of(scene, [Recording('none', ())]), sought, 1.0, map)
+    found = problem.model_at(problem.start + np.array([0.05, 0.0, 0.0, 0.0]))
     assert found.scene.table.cushion.fading == pytest.approx(0.3)
 
 

@@ -7,8 +7,7 @@ import pytest
 from simulated import simulated_recording
 
 from billiard_shot import Scene
-from billiard_shot.calibration.csv_file import write_csv
-from billiard_shot.calibration.reader import read_recording
+from billiard_shot.calibration.reader import read_recording, write_csv
 from billiard_shot.cli import main
 from billiard_shot.cli.exit_codes import DONE, WRONG_INPUT
 

@@ -11,10 +11,10 @@ import pytest
 from simulated import simulated_recording
 
 from billiard_shot import Scene
-from billiard_shot.calibration import csv_file
+from billiard_shot.calibration import reader
 from billiard_shot.calibration.calibrate import calibrate
-from billiard_shot.calibration.csv_file import write_csv
-from billiard_shot.calibration.usable import check_places, read_recordings, usable_shots
+from billiard_shot.calibration.reader import write_csv
+from billiard_shot.calibration.samples import read_recordings, usable_shots
 
 CAROM = Scene.load('carom')
 
@@ -30,9 +30,7 @@ def rows(tmp_path_factory):
 
 def examined(path):
     """Read a file as a calibration does; return the shots that can be used, what is ignored."""
-    recordings = read_recordings(path)
-    usable, ignored = usable_shots(recordings)
-    check_places(CAROM, usable, recordings)
+    usable, ignored, _ = usable_shots(CAROM, read_recordings(path))
     return usable, ignored
 
 
@@ -83,10 +81,17 @@ def other_ball(row):
 
 
 REFUSED = {
-    'millimetres': (lambda r: changed(r, scaled(1e3)), r'line \d+: x .*is it in mm, cm or inches'),
-    'inches': (lambda r: changed(r, scaled(39.37)), r'line \d+: [xy] must be .*inches'),
+    'millimetres': (lambda r: changed(r, scaled(1e3)), r'got values to 1\d+; are they in mm'),
+    'inches': (
+        lambda r: changed(r, scaled(39.37)),
+        r'must be in m, .*are they in cm or inches\? 5',
+    ),
     'feet': (lambda r: changed(r, scaled(3.28)), 'places are outside of the table'),
-    'centimetres': (lambda r: changed(r, scaled(1e2)), r'line \d+: [xy] must be .*cm'),
+    'centimetres': (lambda r: changed(r, scaled(1e2)), r'got values to 1\d\d.*; are they in cm'),
+    'pixels': (
+        lambda r: changed(changed(r, moved(1.42)), scaled(600.0)),
+        r'got values to \d+; are they in mm or pixels',
+    ),
     'from a corner': (lambda r: changed(r, moved(1.42)), 'outside of the table, x from .*frame'),
     'x and y exchanged': (
         lambda r: changed(r, lambda row: [*row[:3], row[4], row[3], *row[5:]]),
@@ -127,7 +132,7 @@ def test_a_message_names_the_place(kind, rows, tmp_path):
 @pytest.mark.parametrize(
     ('form', 'said'),
     [
-        ({'delimiter': ';'}, 'line 1: shot is missing in the header'),
+        ({'delimiter': ';'}, 'line 1: fields must be separated by commas, got semicolons'),
         ({'encoding': 'utf-16'}, 'must be a text in CSV'),
     ],
 )
@@ -141,7 +146,7 @@ def test_a_file_that_is_too_large_is_not_read(suffix, tmp_path):
     path = tmp_path / f'bad.{suffix}'
     with path.open('wb') as file:
         file.truncate(2 * 1024**3)  # takes no room on the disk
-    with pytest.raises(ValueError, match=f'at most {csv_file.MOST_BYTES} bytes, got 2147483648'):
+    with pytest.raises(ValueError, match=f'at most {reader.MOST_BYTES} bytes, got 2147483648'):
         examined(path)
 
 
@@ -219,11 +224,11 @@ def test_what_does_no_harm_is_read(kind, rows, tmp_path):
     assert not ignored
     good, _ = examined(written(tmp_path / 'as_it_was.csv', rows))
     for one, other in zip(sorted(usable, key=place), sorted(good, key=place), strict=True):
-        assert one.watched.velocity == pytest.approx(other.watched.velocity, rel=0.1)
+        assert one.velocity == pytest.approx(other.velocity, rel=0.1)
 
 
 def place(usable):
-    return tuple(usable.watched.rest[0])
+    return tuple(usable.rest[0])
 
 
 def test_a_calibration_says_what_it_left_out(rows, tmp_path):

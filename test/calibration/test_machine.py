@@ -9,19 +9,17 @@ import numpy as np
 import pytest
 
 from billiard_shot import predict, predict_batch, Scene, shots, Status, Stroke, TableStates
-from billiard_shot.calibration.csv_file import write_csv
-from billiard_shot.calibration.machine import calibrate_machine, check_conventions
-from billiard_shot.calibration.machine_fit import (
+from billiard_shot.calibration.machine import (
+    calibrate_machine,
+    check_conventions,
     check_decided,
     decided,
     NEEDED,
     Strike,
-    stroke_in,
 )
-from billiard_shot.calibration.machine_strokes import Recorded, Told
-from billiard_shot.calibration.reader import read_recording
-from billiard_shot.calibration.recording import Frame, RecordedShot, Recording, Track
-from billiard_shot.calibration.watched import watch
+from billiard_shot.calibration.reader import read_recording, write_csv
+from billiard_shot.calibration.recording import RecordedShot, Recording, Track
+from billiard_shot.calibration.samples import samples_of
 from billiard_shot.cli import main
 from billiard_shot.cli.exit_codes import DONE, WRONG_INPUT
 from billiard_shot.cue.alignment import Alignment
@@ -51,7 +49,10 @@ def recorded_at(place, stroke):
     times = np.arange(-5, 6) / RATE
     seen = place + np.maximum(times, 0.0)[:, np.newaxis]
     track = Track(times, seen, np.full(len(times), 1e-6))
-    return Recorded(Frame(), watch(RecordedShot('', {'cue': track})), stroke)
+    nothing = np.zeros((5, 5))
+    return Strike(
+        samples_of(RecordedShot('', {'cue': track}, 'cue', stroke)), place, nothing, nothing[0]
+    )
 
 
 def told_strikes(draw, count, alignment, one_direction=False):
@@ -61,11 +62,10 @@ def told_strikes(draw, count, alignment, one_direction=False):
         if one_direction:
             stroke = Stroke.from_offsets(*stroke.offsets[:2], 0.02, 0.3, stroke.speed)
         recorded = recorded_at(place, stroke)
-        real = stroke_in(recorded, alignment, SCENE)
+        real = recorded.stroke(alignment, SCENE)
         real = real + ROBOT.sigmas(RADIUS) * draw.standard_normal(5)
         found, information = real + sigma * draw.standard_normal(5), np.diag(sigma**-2)
-        row = np.append(found, np.zeros(3))
-        yield Strike(recorded, Told(row, information, information @ found))
+        yield recorded._replace(information=information, moment=information @ found)
 
 
 def test_intervals_of_twenty_cells_hold_the_truth():
@@ -168,7 +168,7 @@ def test_an_aligned_machine_pots_as_often_as_an_exact_one(written):
 
 def played(alignment, stroke, place):
     """Stroke (5,) on the table of a stroke by the encoders."""
-    found = stroke_in(recorded_at(place, Stroke.from_offsets(*stroke.tolist())), alignment, SCENE)
+    found = recorded_at(place, Stroke.from_offsets(*stroke.tolist())).stroke(alignment, SCENE)
     found[3] = wrapped(found[3])
     return found
 
@@ -193,13 +193,15 @@ def test_too_few_strikes_are_refused(recording, tmp_path, capsys):
 
 
 def by_mistake(tracks=lambda xy: xy, stroke=lambda stroke: stroke, count=12):
-    """Strikes of an exact machine that were recorded with a mistake."""
-    times = np.arange(-5, 12) / RATE
+    """Velocities (count, 2) and strokes of an exact machine, recorded with a mistake."""
+    times, velocities, strokes = np.arange(-5, 12) / RATE, [], []
     for place, planned in strikes_at(np.random.default_rng(8), count):
         path = predict(replace(SCENE, balls={'cue': tuple(place.tolist())}), planned).trajectory
         seen = np.array([path.at(t).position[:2] if t > 0 else place for t in times])
         track = Track(times, tracks(seen), np.full(len(times), 1e-6))
-        yield Recorded(Frame(), watch(RecordedShot('', {'cue': track})), stroke(planned))
+        velocities.append(samples_of(RecordedShot('', {'cue': track})).velocity)
+        strokes.append(stroke(planned))
+    return np.array(velocities), strokes
 
 
 def turned(change):
@@ -227,9 +229,9 @@ def faster(factor):
     ],
 )
 def test_usual_mistakes_in_recordings_are_named(mistake, words):
-    check_conventions(list(by_mistake()))
+    check_conventions(*by_mistake())
     with pytest.raises(ValueError, match=words):
-        check_conventions(list(by_mistake(**mistake)))
+        check_conventions(*by_mistake(**mistake))
 
 
 def turned_by(alignment, stroke, place):

@@ -10,9 +10,8 @@ import numpy as np
 import pytest
 
 from billiard_shot import InputError
-from billiard_shot.calibration import csv_file
-from billiard_shot.calibration.csv_file import read_csv, write_csv
-from billiard_shot.calibration.reader import read_recording
+from billiard_shot.calibration import reader
+from billiard_shot.calibration.reader import read_csv, read_recording, write_csv
 from billiard_shot.calibration.recording import Frame, RecordedShot, Recording, Track
 from billiard_shot.scene import Noise
 
@@ -67,7 +66,7 @@ def test_balls_that_were_not_detected_and_doubled_times_are_left_out_and_counted
         (HEADER + '1,nan,cue,0,0\n', 'line 2: time must be a number'),
         (
             HEADER + '1,0,cue,710,0\n',
-            "got '710' (m); is it in mm, cm or inches? 710 mm are 0.71 m",
+            'x and y must be in m, got values to 702.9; are they in mm or pixels?',
         ),
         (HEADER + '1,0,cue,inf,0\n', 'line 2: x must be a number from -10 to 10'),
         (HEADER + '1,0,,0,0\n', 'line 2: ball must be a name'),
@@ -108,7 +107,7 @@ def test_files_that_are_no_recording_are_refused(file, tmp_path, monkeypatch):
     for text in ('[{"id": 1}]', nothing):
         with pytest.raises(ValueError, match=r'seen.json: shot 0: must have id, and t, x and y'):
             read_recording(file(text, 'seen.json'))
-    monkeypatch.setattr(csv_file, 'MOST_BYTES', 10)
+    monkeypatch.setattr(reader, 'MOST_BYTES', 10)
     with pytest.raises(ValueError, match=r'must have at most 10 bytes, got \d+; divide it'):
         read_recording(file(HEADER))
 
@@ -126,7 +125,7 @@ def test_the_description_names_balls_frame_scene_and_strokes(file):
     assert (list(shot.tracks), shot.struck, recording.scene) == (['cue', 'red'], 'cue', 'carom')
     assert shot.tracks['cue'].sigma.tolist() == [0.002]
     assert shot.stroke.offsets[4] == pytest.approx(2.0)
-    assert shot.command == (shot.stroke, Noise(a=0.001, speed=0.05))
+    assert shot.command == (shot.stroke.offsets, False, Noise(a=0.001, speed=0.05))
     assert recording.frame == Frame(0.1, 0.0, math.pi / 2, 2.0, 1.001)
 
 

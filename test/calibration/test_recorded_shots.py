@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 
 from billiard_shot import Scene
-from billiard_shot.calibration.check import check, quantiles
-from billiard_shot.calibration.model import model_of
+from billiard_shot.calibration.launch import model_of
 from billiard_shot.calibration.reader import read_recording
-from billiard_shot.calibration.usable import check_places, usable_shots
+from billiard_shot.calibration.result import check, quantiles
+from billiard_shot.calibration.samples import usable_shots
 
 CAROM = Scene.load('carom')
 
@@ -29,11 +29,10 @@ def recording():
 
 
 def test_all_shots_can_be_used(recording):
-    usable, ignored = usable_shots([recording])
+    usable, ignored, _ = usable_shots(CAROM, [recording])
     assert len(usable) == len(recording.shots)
     assert not ignored
-    check_places(CAROM, usable, [recording])
-    speeds = [np.hypot(*each.watched.velocity) for each in usable]
+    speeds = [np.hypot(*each.velocity) for each in usable]
     assert min(speeds) > 0.3
     assert max(speeds) < 7.0
 
@@ -41,8 +40,7 @@ def test_all_shots_can_be_used(recording):
 def test_launches_explain_whole_shots_within_centimetres(recording):
     """A search of other people reached 22 cm in the median, of the cue ball alone."""
     model = model_of(CAROM, [recording])
-    checks = [
-        check((model, 0, shot, np.inf, (1, k))) for k, shot in enumerate(recording.shots[:6])
-    ]
+    usable, *_ = usable_shots(CAROM, [recording])
+    checks = [check(model, np.inf, (each, (1, k))) for k, each in enumerate(usable[:6])]
     assert quantiles(checks)[-1, 1] < 0.05
     assert quantiles(checks)[0, 1] < 0.025

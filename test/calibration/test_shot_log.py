@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from billiard_shot import predict, Scene, Stroke
-from billiard_shot.calibration.launch import launch_of, states_of
+from billiard_shot.calibration.launch import launch_of, Model, states_of
 from billiard_shot.calibration.reader import read_recording
 from billiard_shot.calibration.recording import Frame
+from billiard_shot.calibration.samples import samples_of
 from billiard_shot.calibration.shot_log import ShotLog
-from billiard_shot.calibration.watched import watch
 from billiard_shot.perception.sightings import Sighting
 
 SCENE = Scene.load('carom')
@@ -63,7 +63,7 @@ def test_each_strike_becomes_a_shot_with_its_stroke(logged):
         assert cue.place[k] == pytest.approx(
             shot.run.at(cue.time[k])['cue'].position[:2], abs=1e-4
         )
-        assert watch(each).start == pytest.approx(0.0, abs=5e-3)
+        assert samples_of(each).start == pytest.approx(0.0, abs=5e-3)
 
 
 def test_a_log_goes_on_with_the_file_that_is_there(logged):
@@ -76,10 +76,11 @@ def test_a_log_goes_on_with_the_file_that_is_there(logged):
 
 def test_the_launch_of_a_stroke_is_the_one_that_is_predicted(logged):
     path, _, shot = logged
-    seen = watch(read_recording(path).shots[0])
+    seen = samples_of(read_recording(path).shots[0])
     frame = Frame(0.0, 0.0, 0.4, 1.2)
     turned = replace(seen, rest=frame.to_recording(seen.rest))
-    states = states_of(SCENE, frame, turned, launch_of(SCENE, frame, turned, STROKE)[np.newaxis])
+    model = Model(SCENE, (frame,))
+    states = states_of(model, turned, launch_of(model, turned, STROKE)[np.newaxis])
     assert states.velocity[0, 0, :2] == pytest.approx(shot.velocity[:2], abs=1e-9)
     assert states.spin[0, 0] == pytest.approx(shot.spin, abs=1e-6)
 

@@ -10,13 +10,14 @@ from billiard_shot.calibration.calibrate import calibrate
 from billiard_shot.calibration.launch import (
     LEAST_ERRORS,
     LEAST_PLACE_SIGMA,
+    Model,
     PLACES,
     prior_of,
     states_of,
 )
 from billiard_shot.calibration.recording import Frame
+from billiard_shot.calibration.samples import samples_of
 from billiard_shot.calibration.simulator import FASTEST, recording_of, SLOWEST
-from billiard_shot.calibration.watched import watch
 from billiard_shot.scene import Bias, Noise
 from billiard_shot.scene.player import SPEED
 
@@ -75,10 +76,10 @@ def test_the_launch_of_a_command_is_that_of_the_stroke_with_its_errors(axis):
     frame = Frame(0.1, 0.0, 0.4, 1.2)
     stroke = Stroke.from_offsets(0.2, 0.1, 0.1, 0.3, 2.0, axis=axis)
     shot = recording_of(simulator, CAROM, shots=1).shots[0]
-    seen = watch(replace(shot, stroke=stroke, noise=replace(CAROM.noise, bias=BIAS)))
+    seen = samples_of(replace(shot, stroke=stroke, noise=replace(CAROM.noise, bias=BIAS)))
     launches = np.repeat(prior_of(seen)[0][np.newaxis], 6, axis=0)
     launches[range(1, 6), range(5)] += 1.0
-    states = states_of(scene, frame, seen, launches)
+    states = states_of(Model(scene, (frame,)), seen, launches)
     sigmas = np.hypot(CAROM.noise.sigmas(CAROM.ball.radius), LEAST_ERRORS)
     biased = np.add(stroke.offsets, [1e-3 / CAROM.ball.radius, 0.0, 0.0, np.radians(0.5), 0.0])
     for row, error in enumerate(np.concatenate([np.zeros((1, 5)), np.diag(sigmas)])):
@@ -92,15 +93,15 @@ def test_an_exact_command_leaves_the_launch_what_strikes_of_scenes_err(recording
     shot = replace(recording.shots[0], noise=EXACT)
     launches = np.zeros((2, PLACES + 4))
     launches[1, SPEED] = 1.0
-    states = states_of(CAROM, Frame(), watch(shot), launches)
+    states = states_of(Model(CAROM, (Frame(),)), samples_of(shot), launches)
     speeds = np.linalg.norm(states.velocity[:, 0], axis=-1)
     assert speeds[1] / speeds[0] == pytest.approx(1.0 + LEAST_ERRORS[SPEED] / shot.stroke.speed)
-    assert watch(replace(shot, noise=None)).command is None
+    assert samples_of(replace(shot, noise=None)).command is None
 
 
 def test_the_struck_ball_does_not_lie_elsewhere_if_the_time_of_the_strike_is_known(recording):
-    known = watch(recording.shots[0])
-    estimated = watch(replace(recording.shots[0], start=None))
+    known = samples_of(recording.shots[0])
+    estimated = samples_of(replace(recording.shots[0], start=None))
     ahead = known.velocity / np.linalg.norm(known.velocity)
     struck = slice(PLACES, PLACES + 2)
     sigmas = [
@@ -108,7 +109,7 @@ def test_the_struck_ball_does_not_lie_elsewhere_if_the_time_of_the_strike_is_kno
     ]
     assert sigmas[0] == pytest.approx(LEAST_PLACE_SIGMA)
     assert sigmas[1] > 5.0 * LEAST_PLACE_SIGMA
-    assert watch(replace(recording.shots[0], start=-0.5), rate=2.0).start == -0.25
+    assert samples_of(replace(recording.shots[0], start=-0.5), rate=2.0).start == -0.25
 
 
 @pytest.mark.parametrize(

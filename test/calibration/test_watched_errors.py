@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from billiard_shot import predict, Scene, shots, Status, Stroke, TableStates
-from billiard_shot.calibration.csv_file import write_csv
-from billiard_shot.calibration.intentions import most_likely_scale, Tried
+from billiard_shot.calibration.player import most_likely_scale, Tried
+from billiard_shot.calibration.reader import write_csv
 from billiard_shot.calibration.recording import RecordedShot, Recording, Track
 from billiard_shot.cli import main
 from billiard_shot.cli.exit_codes import DONE

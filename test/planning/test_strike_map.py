@@ -126,10 +126,11 @@ def test_strokes_among_near_balls_are_mapped_if_they_reach_none():
     assert limit == pytest.approx(gap / (FARTHEST * SCENE.contacts.cue_ball.duration))
     strokes = cloud((0.0, 0.0, 0.1, 0.0, limit), 400)
     found = mapped(scene, strokes, near.sigmas, slower_than=limit)
-    assert ((found.number != SOLVED) == (strokes[:, 4] < limit)).all()
+    fast = strokes[:, 4] >= limit
+    assert (found.number[fast] == SOLVED).all()
+    assert (found.number[~fast] != SOLVED).mean() > 0.9  # but for those in cells with few strokes
     careless = mapped(scene, strokes, near.sigmas)
-    fast = strokes[:, 4] > limit
-    assert (careless.number != SOLVED)[fast].mean() > 0.5
+    assert (careless.number[fast] != SOLVED).mean() > 0.5
     exact = play(scene, *vectors_of(strokes), accuracy=TRIALS)
     for each in (found, careless):  # who reaches others is solved in any case
         fast = play(scene, *vectors_of(strokes), accuracy=TRIALS, mapped=each)

@@ -3,8 +3,7 @@
 import argparse
 from pathlib import Path
 
-from billiard_shot.calibration.csv_file import write_csv
-from billiard_shot.calibration.reader import read_recording
+from billiard_shot.calibration.reader import read_recording, write_csv
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

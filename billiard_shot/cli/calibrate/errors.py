@@ -5,15 +5,14 @@ from pathlib import Path
 
 import numpy as np
 
-from billiard_shot.calibration.errors import errors_of
-from billiard_shot.calibration.intentions import scale_of_errors
-from billiard_shot.calibration.strokes_csv import read_errors
+from billiard_shot.calibration.player import errors_of, scale_of_errors
+from billiard_shot.calibration.reader import read_errors
 from billiard_shot.cli.calibrate.table import ESTIMATES, row_of
 from billiard_shot.cli.exit_codes import DONE
 from billiard_shot.cli.text_table import add_format_arguments, print_rows, wants_text
 from billiard_shot.scene import Scene
 
-COLUMNS = tuple(column for column in ESTIMATES if column.key != 'shots')
+COLUMNS = tuple(column for column in ESTIMATES if column.key not in ('shots', 'converged'))
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

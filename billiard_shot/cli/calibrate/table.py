@@ -3,11 +3,11 @@
 import argparse
 import os
 from pathlib import Path
+import sys
 from typing import Any
 
 from billiard_shot.calibration.calibrate import calibrate, HORIZON
-from billiard_shot.calibration.check import in_words
-from billiard_shot.calibration.result import Calibration
+from billiard_shot.calibration.result import Calibration, in_words
 from billiard_shot.cli.exit_codes import DONE, FAILED
 from billiard_shot.cli.progress import reporting
 from billiard_shot.cli.text_table import add_format_arguments, Column, print_rows, wants_text
@@ -22,6 +22,7 @@ ESTIMATES = (
     Column('high'),
     Column('shots'),
     Column('known', '95 % interval'),
+    Column('converged'),
 )
 MOST_IGNORED = 10
 """How many reasons for what is ignored are printed."""
@@ -41,12 +42,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         '-o', '--output', type=Path, metavar='FILE.yaml', help='write the fitted scene'
     )
+    parser.add_argument(
+        '--anyway', action='store_true', help='write it also if the fit did not converge'
+    )
     parser.add_argument('--report', type=Path, metavar='FILE.html', help='write a page about it')
     parser.add_argument(
         '--fit',
         nargs='+',
         metavar='NAME',
-        help='numbers to be fitted, such as cloth.sliding_friction',
+        help='numbers to be fitted, such as cloth.sliding_friction, or cloth for all of the cloth',
     )
     parser.add_argument(
         '--held-out',
@@ -87,10 +91,16 @@ def run(options: argparse.Namespace) -> int:
             progress=lambda at: report(at.done, at.text, at.total),
             checkpoint=options.state,
         )
-    print_rows(ESTIMATES, [row_of(each) for each in result.estimates], options)
+    state = {'converged': result.converged}
+    print_rows(ESTIMATES, [row_of(each) | state for each in result.estimates], options)
     if wants_text(options):
         print(_summary(result))
-    if options.output:
+    if options.output and not (result.converged or options.anyway):
+        print(
+            f'billiard-shot: {options.output} is not written: {result.state}; --anyway writes it',
+            file=sys.stderr,
+        )
+    elif options.output:
         result.save(options.output)
     if options.report:
         result.report(options.report)
@@ -121,6 +131,7 @@ def _summary(result: Calibration) -> str:
     ):
         if checks:
             lines.append(f'{len(checks)} shots held out, by {name}: {in_words(checks)}')
+    lines += result.notes
     lines += [f'ignored: {text}' for text in result.ignored[:MOST_IGNORED]]
     if len(result.ignored) > MOST_IGNORED:
         lines.append(f'ignored: {len(result.ignored) - MOST_IGNORED} more')

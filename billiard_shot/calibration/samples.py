@@ -1,11 +1,24 @@
 """A recorded shot as fits take it: which ball was struck and when, and all samples after that."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.calibration.recording import Command, Floats, RecordedShot, Track
+from billiard_shot.calibration.reader import read_recording
+from billiard_shot.calibration.recording import (
+    Command,
+    Floats,
+    RecordedShot,
+    Recording,
+    Track,
+    tracking_of,
+    with_sigma,
+)
+from billiard_shot.scene import Scene
+from billiard_shot.scene.errors import refused
 
 MOVED, MOVED_SIGMAS = 3e-3, 4.0
 """A ball that is farther than this [m], and so many deviations, from its first place has moved."""
@@ -13,8 +26,11 @@ MOVED, MOVED_SIGMAS = 3e-3, 4.0
 FASTEST = 12.0
 """Speed [m/s] that no ball has: samples that need it are errors of the tracker."""
 
-FIRST_SAMPLES, FIRST_TIME = 4, 0.2
-"""How many samples tell the first velocity, and the longest time between them [s]."""
+FIRST_SAMPLES, FIRST_SIGMAS, FIRST_TIME = 4, 20.0, 0.2
+"""
+How many samples tell the first velocity, or until how many deviations from the first place, and
+the longest time between them [s].
+"""
 
 UNEVEN = 0.25
 """Relative change of velocity between these samples by which the ball has met something."""
@@ -31,21 +47,26 @@ FIT_PERIOD = 0.06
 LONGEST_SHARE = 0.1
 """Longest time for which a sample stands [s]: what happened in longer gaps is not known."""
 
+MOST_OUTSIDE = 0.05
+"""Part of the places that may be outside of the table, by errors of the tracker."""
+
+Recordings = Recording | str | Path | Sequence[Recording | str | Path]
+
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Watched:
+class Samples:
     """
     A shot from the strike on. Places are those of the recording [m], times begin at the strike.
 
     Attributes
     ----------
-    name : str
+    shot : RecordedShot
+    recording : int
+        Number of its recording.
     balls : tuple of str
         The struck ball is the first one.
-    start : float
-        Time of the strike in the recording [s].
-    start_sigma : float
-        Its deviation [s].
+    start, start_sigma : float
+        Time of the strike in the recording, and its deviation [s].
     times : (times,) float array
         Ascending [s].
     ball, at : (samples,) int array
@@ -66,7 +87,8 @@ class Watched:
 
     """
 
-    name: str
+    shot: RecordedShot
+    recording: int
     balls: tuple[str, ...]
     start: float
     start_sigma: float
@@ -83,23 +105,35 @@ class Watched:
     command: Command | None = None
 
     @property
+    def name(self) -> str:
+        """The name of the shot."""
+        return self.shot.name
+
+    @property
     def duration(self) -> float:
         """Time of the last sample [s]."""
         return float(self.times[-1])
 
-    def until(self, horizon: float | Floats) -> 'Watched':
+    @property
+    def time(self) -> Floats:
+        """Times of the samples (samples,) [s]."""
+        return self.times[self.at]
+
+    def until(self, horizon: float | Floats) -> 'Samples':
         """Return the shot with the samples up to a time, or one for each ball [s]."""
         last = np.broadcast_to(horizon, len(self.balls))
-        kept = self.times[self.at] <= last[self.ball]
+        kept = self.time <= last[self.ball]
         times = self.times[self.times <= last.max()]
-        columns = {name: getattr(self, name)[kept] for name in SAMPLE_COLUMNS}
+        columns = {name: getattr(self, name)[kept] for name in COLUMNS}
         return replace(self, times=times, **columns)
 
 
-SAMPLE_COLUMNS = 'ball', 'at', 'place', 'sigma', 'share'
+COLUMNS = 'ball', 'at', 'place', 'sigma', 'share'
 
 
-def watch(shot: RecordedShot, rate: float = 1.0, period: float = 0.0) -> Watched:
+def samples_of(
+    shot: RecordedShot, rate: float = 1.0, period: float = 0.0, recording: int = 0
+) -> Samples:
     """
     Find the strike of a shot, and arrange its samples.
 
@@ -110,6 +144,8 @@ def watch(shot: RecordedShot, rate: float = 1.0, period: float = 0.0) -> Watched
         Of its clock, see `Frame`.
     period : float
         Of samples of a ball that are nearer in time, only the first is taken [s].
+    recording : int
+        Number of its recording.
 
     Raises
     ------
@@ -119,7 +155,7 @@ def watch(shot: RecordedShot, rate: float = 1.0, period: float = 0.0) -> Watched
     """
     tracks, left_out = {}, []
     for name, track in shot.tracks.items():
-        tracks[name], jump = _before_jump(_without_outliers(track, rate))
+        tracks[name], jump = _without_errors(replace(track, time=track.time / rate))
         if jump is not None:
             left_out.append(
                 f'shot {shot.name!r}: ball {name!r} jumps at {jump * rate:g} s; what follows is '
@@ -135,50 +171,49 @@ def watch(shot: RecordedShot, rate: float = 1.0, period: float = 0.0) -> Watched
     if shot.start is not None:
         start = shot.start / rate
     balls = (struck, *(name for name in tracks if name != struck))
-    samples = [_after(tracks[name], start, period) for name in balls]
-    if len(samples[0].time) < LEAST_SAMPLES:
+    after = [_after(tracks[name], start, period) for name in balls]
+    if len(after[0].time) < LEAST_SAMPLES:
         raise ValueError(
             f'shot {shot.name!r}: ball {struck!r} must have at least {LEAST_SAMPLES} samples '
-            f'after the strike, got {len(samples[0].time)}'
+            f'after the strike, got {len(after[0].time)}'
         )
     rests = [_rest(tracks[name], moves.get(name, len(tracks[name].time))) for name in balls]
-    times, at = np.unique(np.concatenate([each.time for each in samples]), return_inverse=True)
-    return Watched(
-        shot.name,
+    times, at = np.unique(np.concatenate([each.time for each in after]), return_inverse=True)
+    return Samples(
+        shot,
+        recording,
         balls,
         start,
         START_SIGMA if shot.start is None else 0.0,
         times,
-        np.repeat(np.arange(len(balls)), [len(each.time) for each in samples]),
+        np.repeat(np.arange(len(balls)), [len(each.time) for each in after]),
         at.ravel(),
-        np.concatenate([each.place for each in samples]),
-        np.concatenate([each.sigma for each in samples]),
-        np.concatenate([_shares(each.time) for each in samples]),
+        np.concatenate([each.place for each in after]),
+        np.concatenate([each.sigma for each in after]),
+        np.concatenate([_shares(each.time) for each in after]),
         np.array([place for place, _ in rests]),
         np.array([sigma for _, sigma in rests]),
         velocity,
-        left_out=tuple(left_out),
-        command=shot.command,
+        tuple(left_out),
+        shot.command,
     )
 
 
-def _without_outliers(track: Track, rate: float) -> Track:
-    """Leave out samples that are too far from both neighbours; times as of a right clock."""
-    track = replace(track, time=track.time / rate)
+def _without_errors(track: Track) -> tuple[Track, float | None]:
+    """
+    Leave out samples that are too far from both neighbours, and all after a jump.
+
+    Return also the time at which the track goes on elsewhere [s], if it does.
+    """
     fast = _too_fast(track)
     wrong = np.zeros(len(track.time), np.bool_)
     wrong[1:-1] = fast[:-1] & fast[1:]
-    return Track(track.time[~wrong], track.place[~wrong], track.sigma[~wrong])
-
-
-def _before_jump(track: Track) -> tuple[Track, float | None]:
-    """Return the samples before a track goes on elsewhere, and when it does [s], if so."""
+    track = track.take(~wrong)
     fast = _too_fast(track)
     if not fast.any():
         return track, None
     count = 1 + int(fast.argmax())
-    before = Track(track.time[:count], track.place[:count], track.sigma[:count])
-    return before, float(track.time[count])
+    return track.take(slice(count)), float(track.time[count])
 
 
 def _too_fast(track: Track) -> NDArray[np.bool_]:
@@ -190,10 +225,13 @@ def _too_fast(track: Track) -> NDArray[np.bool_]:
 
 def _first_move(track: Track) -> int:
     """Return the number of the first sample of a movement; 0 if there is none."""
-    away = np.linalg.norm(track.place - track.place[0], axis=-1)
-    moved = away > np.maximum(MOVED, MOVED_SIGMAS * track.sigma)
-    moved &= np.append(moved[1:], False)  # twice, or it was an error
-    return int(moved.argmax())
+    before = np.arange(1, len(track.time))
+    means = np.cumsum(track.place, axis=0)[:-1] / before[:, np.newaxis]
+    far = np.maximum(MOVED, MOVED_SIGMAS * track.sigma[1:] * np.sqrt(1.0 + 1.0 / before))
+    moved = np.linalg.norm(track.place[1:] - means, axis=-1) > far
+    moved[:-1] &= np.linalg.norm(track.place[2:] - means[:-1], axis=-1) > far[:-1]
+    moved[-1:] = False  # twice, or it was an error
+    return 1 + int(moved.argmax()) if moved.any() else 0
 
 
 def _moved_at(track: Track, first: int) -> tuple[float, float]:
@@ -208,11 +246,14 @@ def _onset(track: Track, first: int) -> tuple[float, Floats]:
 
     The first samples tell the velocity, until the ball meets something.
     """
-    near = slice(first, first + FIRST_SAMPLES)
-    time, place = track.time[near], track.place[near]
+    sigma = track.sigma[first]
+    far = np.linalg.norm(track.place[first:] - track.place[first - 1], axis=-1)
+    count = max(FIRST_SAMPLES, 1 + int((far > FIRST_SIGMAS * sigma).argmax()))
+    time, place = (each[first : first + count] for each in (track.time, track.place))
     away, since = place[0] - track.place[first - 1], time[0] - track.time[first - 1]
     steps = np.diff(place, axis=0) / np.diff(time)[:, np.newaxis]
-    even = np.linalg.norm(steps - steps[0], axis=-1) < UNEVEN * np.linalg.norm(steps[0])
+    noise = MOVED_SIGMAS * sigma / np.diff(time)
+    even = np.linalg.norm(steps - steps[0], axis=-1) < UNEVEN * np.linalg.norm(steps[0]) + noise
     even &= np.diff(time) < FIRST_TIME
     count = 1 + int(np.argmin(np.append(even, False)))
     velocity = away / since  # at least as fast
@@ -226,12 +267,11 @@ def _onset(track: Track, first: int) -> tuple[float, Floats]:
 
 def _after(track: Track, start: float, period: float) -> Track:
     """Return the samples after the strike, with times from the strike on."""
-    kept = np.flatnonzero(track.time > start)
-    time = track.time - start
+    track = replace(track, time=track.time - start).take(track.time > start)
     if period > 0.0:
-        _, first = np.unique(np.floor(time[kept] / period), return_index=True)
-        kept = kept[first]
-    return Track(time[kept], track.place[kept], track.sigma[kept])
+        _, first = np.unique(np.floor(track.time / period), return_index=True)
+        track = track.take(first)
+    return track
 
 
 def _rest(track: Track, first: int) -> tuple[Floats, float]:
@@ -246,3 +286,72 @@ def _shares(time: Floats) -> Floats:
         return np.full(len(time), LONGEST_SHARE)
     gap = np.minimum(np.diff(time), LONGEST_SHARE)
     return 0.5 * (np.append(gap, gap[-1]) + np.insert(gap, 0, gap[0]))
+
+
+def read_recordings(recordings: Recordings) -> list[Recording]:
+    """Read recordings; ValueError names the file, line and field of what is wrong."""
+    if isinstance(recordings, Recording | str | Path):
+        recordings = [recordings]
+    read = [
+        with_sigma(each, None) if isinstance(each, Recording) else read_recording(each)
+        for each in recordings
+    ]
+    if not read:
+        raise refused(recordings, 'at least one recording', 'recordings')
+    return read
+
+
+def usable_shots(
+    scene: Scene, recordings: Sequence[Recording]
+) -> tuple[list[Samples], list[str], list[str]]:
+    """
+    Return the shots that can be used, what is ignored and why, and how exact the places are.
+
+    Raises
+    ------
+    ValueError
+        If the scene has no table; if the balls of a recording are not on it, because it has
+        another unit or frame; or if its places are not as exact as it states.
+
+    """
+    if scene.table is None:
+        raise ValueError('scene must have a table, got an endless cloth')
+    found, ignored, tracking = [], [], []
+    for number, recording in enumerate(recordings):
+        ignored += [f'{recording.name}: {each}' for each in recording.ignored]
+        own = []
+        for shot in recording.shots:
+            try:
+                own.append(samples_of(shot, recording.frame.rate, FIT_PERIOD, number))
+            except ValueError as error:
+                ignored.append(f'{recording.name}: {error}')
+            else:
+                ignored += [f'{recording.name}: {each}' for each in own[-1].left_out]
+        if own:
+            _check_places(scene, own, recording)
+        tracking.append(tracking_of(recording))
+        found += own
+    return found, ignored, tracking
+
+
+def _check_places(scene: Scene, shots: Sequence[Samples], recording: Recording) -> None:
+    assert scene.table is not None
+    half = np.array([scene.table.length, scene.table.width]) / 2.0
+    places = recording.frame.to_table(np.concatenate([each.place for each in shots]))
+    outside = (np.abs(places) > half).any(axis=-1).mean()
+    if outside > MOST_OUTSIDE:
+        low, high = places.min(axis=0), places.max(axis=0)
+        raise ValueError(
+            f'{recording.name}: {outside:.0%} of the places are outside of the table, x from '
+            f'{low[0]:.3g} to {high[0]:.3g} and y from {low[1]:.3g} to {high[1]:.3g} m; is '
+            'the frame or the unit another one?'
+        )
+
+
+def check_enough(
+    count: int, least: int, what: str, ignored: Sequence[str], hint: str = ''
+) -> None:
+    """Raise ValueError if there are too few shots; it names what is ignored."""
+    if count < least:
+        got = '\n  '.join([f'{count}{hint}', *ignored])
+        raise ValueError(f'recordings must have at least {least} {what}, got {got}')

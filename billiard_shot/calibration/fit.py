@@ -1,0 +1,691 @@
+"""
+The numbers that all shots have in common, fitted together with the launch of each shot.
+
+For any common numbers, each shot has a best launch. The sum of the costs of these launches is
+lowered by Gauss-Newton steps. A step needs of each shot only a small matrix: its launch is
+eliminated from the normal equations (Schur complement; variable projection, Golub and Pereyra,
+SIAM J. Numer. Anal. 10 (1973)).
+
+Intervals: each shot is left out in turn (the jackknife of Tukey, Ann. Math. Stat. 29 (1958); Efron
+and Stein, Ann. Stat. 9 (1981)). One Gauss-Newton step from the fit leads to the numbers that the
+other shots give. These fits are close to each other, and a step takes no simulation. With few
+shots this is more careful than drawing shots with replacement: it undoes that a fit follows each
+shot.
+"""
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import lsq_linear
+from scipy.stats import norm
+from scipy.stats import t as student
+
+from billiard_shot.calibration.launch import (
+    compare,
+    Comparison,
+    derivatives_of,
+    evaluated,
+    EXACT,
+    Model,
+    PLACES,
+    refined,
+    scales_of,
+    steps_of,
+    ways_of,
+)
+from billiard_shot.calibration.recording import Floats, Recording
+from billiard_shot.calibration.samples import Samples
+from billiard_shot.calibration.search import search_launches
+from billiard_shot.scene import Scene
+from billiard_shot.scene.parameters import Parameter
+
+USUAL_NAMES = (
+    'cloth.sliding_friction',
+    'cloth.rolling_resistance',
+    'cloth.rolling_rise',
+    'cloth.spin_deceleration',
+    'contacts.ball_ball.restitution',
+    'contacts.ball_ball.friction_fast',
+    'contacts.ball_ball.friction_slow',
+    'table.cushion.restitution',
+    'table.cushion.friction',
+    'table.cushion.early_fading',
+    'table.cushion.fading',
+    'table.length',
+    'table.width',
+)
+"""Numbers that recordings of whole shots can decide."""
+
+CUE_NAMES = 'contacts.cue_ball.restitution', 'cue.mass', 'cue.end_mass'
+"""Numbers that shots can decide whose strokes were commanded."""
+
+UNPUBLISHED = 0.5
+"""Width of the range in which a number without published range is sought, relative to it."""
+
+WIDTHS = {
+    'cloth.rolling_rise': 3e-3,
+    'contacts.ball_ball.friction_fast': 0.06,
+    'contacts.ball_ball.friction_slow': 0.1,
+    'table.cushion.early_fading': 0.1,
+    'table.cushion.fading': 0.04,
+    'table.length': 0.03,
+    'table.width': 0.03,
+}
+"""Widths of ranges that are not relative to the number: it may be 0, or it is measured."""
+
+SQUARED = ('table.cushion.fading',)
+"""Numbers that act by their squares: a fit of these moves away from 0 too. So are their widths."""
+
+LEAST_END_MASS = 5e-4
+"""Lighter ends of cues meet the ball again and again, and deflect it no less [kg]."""
+
+STEP = 1e-3
+"""Step for differences, relative to the width of the range."""
+
+FRAME_WIDTHS = {'x': 0.03, 'y': 0.03, 'angle': 0.02}
+"""Ranges in which numbers of frames are sought: m, m and rad."""
+
+RULER = {'table.length': 2e-3, 'table.width': 2e-3}
+"""
+Deviations of lengths that a person measured [m].
+
+A film measures the table by corners whose distances were measured by hand: it repeats this error.
+"""
+
+LAUNCH_STEPS = 8
+"""Most steps of least squares by which launches follow the common numbers."""
+
+BETTER = 2.0
+"""A launch elsewhere is taken if its cost is lower by more: it is e times as likely as another."""
+
+PROBES, MOST_BENT = 5.0, 1e-3
+"""
+A path counts until it bends by more [m] over so many steps for differences of the launch, forward
+and back, or over one of a common number. Nearby, balls meet other balls then, or in another order:
+the path follows chance, and its derivatives say nothing.
+"""
+
+FIRST_DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-3, 1e-6, 1e3
+"""Damping relative to the diagonal, and its bounds."""
+
+RAISED, LOWERED = 10.0, 0.2
+"""Factors of the damping after a worse and a better step."""
+
+CLOSE, FLAT = 0.1, 0.02
+"""
+A fit ends if the next step is shorter than the first part of each standard deviation (Bates and
+Watts, Technometrics 23 (1981): what remains to be gained is small beside the errors), or if it
+would lower the cost by less than the second number: 1 is a standard deviation of an exact model.
+"""
+
+LEVEL = 0.95
+"""Part of the intervals that shall hold the truth."""
+
+HELD = 0.1
+"""Part of the variance of a number that its range must not explain."""
+
+DECISIVE = 3
+"""How many shots are named that decide a number."""
+
+WORSE = 0.03
+"""A number that the shots do not decide may raise the cost by this part if it is not fitted."""
+
+Mapped = Callable[[Callable[[Any], Any], Iterable[Any]], Iterator[Any]]
+"""What `map` does, and the method `map` of executors: the results of some work on items."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sought:
+    """
+    A number that is sought.
+
+    Attributes
+    ----------
+    name : str
+    unit : str
+    start : float
+    low, high : float
+        Bounds of allowed values.
+    width : float
+        Of the range of values that are likely before the calibration, around `start`.
+    published : (float, float), optional
+        Range of published values.
+    recording : int
+        Number of the recording whose frame has it; -1: it is one of the scene.
+    squared : bool
+        Whether a fit seeks its square: then start, bounds and width are those of the square.
+
+    """
+
+    name: str
+    unit: str
+    start: float
+    low: float
+    high: float
+    width: float
+    published: tuple[float, float] | None = None
+    recording: int = -1
+    squared: bool = False
+
+    def stated(self, value: float) -> float:
+        """Return the number that a value of the fit stands for."""
+        return math.sqrt(value) if self.squared else value
+
+
+def sought_in(
+    scene: Scene, recordings: Sequence[Recording], names: Sequence[str] | None
+) -> tuple[Sought, ...]:
+    """
+    Return the numbers to seek: those of a scene, and places and angles of the frames.
+
+    A name such as `cloth` stands for all numbers of this section of the scene.
+
+    Raises
+    ------
+    ValueError
+        If a name is unknown.
+
+    """
+    known = [each.name for each in scene.parameters()]
+    if names is None:
+        commanded = any(shot.command for each in recordings for shot in each.shots)
+        usual = (*USUAL_NAMES, *CUE_NAMES) if commanded else USUAL_NAMES
+        names = [name for name in usual if name in known]
+    chosen: dict[str, None] = {}
+    for name in names:
+        section = [each for each in known if each.startswith(f'{name}.')]
+        chosen |= dict.fromkeys(section or [name])
+    found = [_of_scene(each) for each in scene.parameters(list(chosen))]
+    for number, recording in enumerate(recordings):
+        for field, width in FRAME_WIDTHS.items():
+            start = getattr(recording.frame, field)
+            name = f'frame.{field}' if len(recordings) == 1 else f'frame.{field}.{number + 1}'
+            unit = 'rad' if field == 'angle' else 'm'
+            bounds = start - width, start + width
+            found.append(Sought(name, unit, start, *bounds, width, recording=number))
+    return tuple(found)
+
+
+def _of_scene(parameter: Parameter) -> Sought:
+    width = WIDTHS.get(parameter.name, UNPUBLISHED * abs(parameter.value))
+    if parameter.published is not None and parameter.name not in WIDTHS:
+        width = parameter.published[1] - parameter.published[0]
+    power = 2.0 if parameter.name in SQUARED else 1.0
+    return Sought(
+        parameter.name,
+        parameter.unit,
+        parameter.value**power,
+        LEAST_END_MASS if parameter.name == 'cue.end_mass' else parameter.low**power,
+        parameter.high**power,
+        width,
+        parameter.published,
+        squared=power == 2.0,
+    )
+
+
+class Problem(NamedTuple):
+    """The numbers to fit, the horizon until which samples count [s], and a map for the work."""
+
+    model: Model
+    sought: tuple[Sought, ...]
+    horizon: float
+    mapped: Mapped
+
+    def model_at(self, values: Floats) -> Model:
+        """Return the model with these numbers."""
+        own = [k for k, each in enumerate(self.sought) if each.recording < 0]
+        scene = self.model.scene.with_parameters(
+            [self.sought[k].name for k in own],
+            [self.sought[k].stated(float(values[k])) for k in own],
+        )
+        frames = list(self.model.frames)
+        for each, value in zip(self.sought, values.tolist(), strict=True):
+            if each.recording >= 0:
+                field = each.name.split('.')[1]
+                frames[each.recording] = replace(frames[each.recording], **{field: value})
+        return Model(scene, tuple(frames))
+
+    @property
+    def start(self) -> Floats:
+        """The likely numbers (common,)."""
+        return np.array([each.start for each in self.sought])
+
+    @property
+    def widths(self) -> Floats:
+        """Widths of their ranges (common,)."""
+        return np.array([each.width for each in self.sought])
+
+    @property
+    def precision(self) -> Floats:
+        """The inverse of their covariance (common, common)."""
+        return np.diag(self.widths**-2.0)
+
+    @property
+    def bounds(self) -> tuple[Floats, Floats]:
+        """Their bounds, with room for a difference."""
+        room = STEP * self.widths
+        low, high = np.array([[each.low, each.high] for each in self.sought]).T
+        return low + room, high - room
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Launch:
+    """
+    The launch of a shot.
+
+    Attributes
+    ----------
+    samples : Samples
+    numbers : (numbers,) float array
+        See launch.py.
+    until : float or (balls,) float array
+        Times from the strike on until which the path of each ball can be predicted [s].
+
+    """
+
+    samples: Samples
+    numbers: Floats
+    until: float | Floats = np.inf
+
+    def compared(self, scales: Floats, horizon: float) -> Comparison:
+        """Compare with the samples until a horizon [s], and while the path can be predicted."""
+        return compare(self.samples, scales, np.minimum(horizon, self.until))
+
+
+class Reduced(NamedTuple):
+    """
+    The normal equations of a shot, without its launch.
+
+    Attributes
+    ----------
+    matrix, curvature : (common, common) float array
+        With weights of least squares, for steps, and with curvatures, for deviations.
+    gradient : (common,) float array
+    follow : (numbers, common) float array
+        Change of the launch with each common number.
+
+    """
+
+    matrix: Floats
+    curvature: Floats
+    gradient: Floats
+    follow: Floats
+
+
+class Followed(NamedTuple):
+    """A launch that follows the common numbers, its cost, and errors [m] of samples at times."""
+
+    launch: Launch
+    cost: float
+    times: Floats
+    errors: Floats
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Fit:
+    """
+    Common numbers and launches that fit together.
+
+    Attributes
+    ----------
+    values : (common,) float array
+    launches : tuple of Launch
+    scales : (knots,) float array
+        Of errors, see `compare` [m].
+    curvatures, gradients : (shots, common, common) and (shots, common) float array
+        Of the costs of the shots, but for a factor of 2.
+    cost : float
+        Of all shots, and of the distance of the numbers from likely ones.
+    ahead : float
+        Largest change of a number by the next step, in standard deviations; 0 if it gains nothing.
+
+    """
+
+    values: Floats
+    launches: tuple[Launch, ...]
+    scales: Floats
+    curvatures: Floats
+    gradients: Floats
+    cost: float
+    ahead: float = np.inf
+
+
+def search(
+    model: Model,
+    stepped: Sequence[Model],
+    scales: Floats,
+    horizon: float,
+    item: tuple[Launch, Sequence[int]],
+) -> Launch | None:
+    """
+    Search the launch of a shot until a horizon, from a seed; None if none can be simulated.
+
+    Without stepped models, the path counts as long as before, see `even_until`, and the known
+    launch stays unless another one is clearly better.
+    """
+    launch, seed = item
+    known, samples = launch.numbers[np.newaxis], launch.samples
+    draw = np.random.default_rng(seed)
+    found = search_launches(model, samples, scales, horizon, draw, known)
+    tried = np.concatenate([known, found.launches[:1]])
+    best = refined(model, compare(samples, scales, horizon), tried, LAUNCH_STEPS, EXACT)
+    known_cost, cost = best.costs[[0, -1]].tolist()
+    if not min(known_cost, cost) < math.inf:
+        return None
+    if cost < known_cost - (0.0 if stepped else BETTER):
+        launch = Launch(samples, best.launches[-1], np.inf if stepped else launch.until)
+    if not stepped:
+        return launch
+    return replace(launch, until=np.minimum(launch.until, even_until(model, stepped, launch)))
+
+
+def even_until(model: Model, stepped: Sequence[Model], launch: Launch) -> Floats:
+    """Return until when each path (balls,) can be predicted [s]; models are stepped in pairs."""
+    samples, numbers = launch.samples, launch.numbers[np.newaxis]
+    steps = steps_of(samples)
+    # Errors of a commanded stroke have steps that are long already.
+    steps[0 if samples.command is None else PLACES :] *= PROBES
+    probes = np.diag(steps)
+    here = ways_of(model, samples, numbers)
+    pairs = [
+        (ways_of(model, samples, numbers + probes), ways_of(model, samples, numbers - probes))
+    ]
+    pairs += [
+        (ways_of(one, samples, numbers), ways_of(other, samples, numbers))
+        for one, other in zip(stepped[::2], stepped[1::2], strict=True)
+    ]
+    with np.errstate(invalid='ignore'):
+        bent = np.concatenate([one + other - 2.0 * here for one, other in pairs])
+    bent[~np.isfinite(bent)] = 0.0  # a start nearby that cannot be simulated tells nothing
+    uneven = np.linalg.norm(bent, axis=-1).max(axis=0) > MOST_BENT
+    until = np.full(len(samples.balls), np.inf)
+    np.minimum.at(until, samples.ball[uneven], np.nextafter(samples.time[uneven], 0.0))
+    return until
+
+
+def follow(model: Model, scales: Floats, horizon: float, launch: Launch) -> Followed:
+    """Improve the launch of a shot for other common numbers."""
+    compared = launch.compared(scales, horizon)
+    best = refined(model, compared, launch.numbers[np.newaxis], LAUNCH_STEPS, EXACT)
+    errors = np.linalg.norm(best.places[0] - compared.samples.place, axis=-1)
+    moved = replace(launch, numbers=best.launches[0])
+    return Followed(moved, float(best.costs[0]), compared.samples.time, errors)
+
+
+def reduce_equations(
+    model: Model,
+    stepped: Sequence[Model],
+    steps: Floats,
+    scales: Floats,
+    horizon: float,
+    launch: Launch,
+) -> Reduced:
+    """Eliminate the launch of a shot from its normal equations, by models with one step each."""
+    compared, numbers = launch.compared(scales, horizon), launch.numbers[np.newaxis]
+    here = evaluated(model, compared, numbers)
+    errors, slopes = derivatives_of(model, compared, here)
+    own = slopes[0]
+    moved = [ways_of(each, compared.samples, numbers)[0] for each in stepped]
+    with np.errstate(invalid='ignore'):
+        differences = np.reshape(moved, (len(steps), *here.places[0].shape)) - here.places
+        common = differences.reshape(len(steps), errors.size) / steps[:, np.newaxis]
+    common[~np.isfinite(common)] = 0.0
+    weights = compared.weights(errors)[0]
+    matrix, follows = _without_launch(own, common, weights, compared.precision)
+    curvature, _ = _without_launch(own, common, compared.curvatures(errors)[0], compared.precision)
+    pull = weights * errors.ravel()
+    away = own @ pull + (numbers[0] - compared.mean) @ compared.precision
+    return Reduced(matrix, curvature, common @ pull + follows.T @ away, follows)
+
+
+def _without_launch(
+    own: Floats, common: Floats, weights: Floats, precision: Floats
+) -> tuple[Floats, Floats]:
+    """Return the normal matrix of common numbers, and the change of the launch with them."""
+    between = (own * weights) @ common.T
+    inner = (own * weights) @ own.T + precision
+    follows: Floats = np.negative(np.linalg.solve(inner, between))
+    return (common * weights) @ common.T + between.T @ follows, follows
+
+
+def searched(
+    problem: Problem,
+    values: Floats,
+    launches: Sequence[Launch],
+    scales: Floats,
+    seed: Sequence[int],
+    cut: bool = True,
+) -> tuple[Launch, ...]:
+    """Search all launches, but of shots without any; if `cut`, paths count until they bend."""
+    steps = 0.5 * STEP * np.diag(problem.widths) if cut else ()  # within the bounds
+    stepped = [problem.model_at(values + by) for step in steps for by in (step, -step)]
+    work = partial(search, problem.model_at(values), stepped, scales, problem.horizon)
+    items = [(each, (*seed, number)) for number, each in enumerate(launches)]
+    return tuple(each for each in problem.mapped(work, items) if each is not None)
+
+
+def scales_after(
+    problem: Problem, values: Floats, launches: Sequence[Launch], scales: Floats
+) -> Floats:
+    """Return the scales of the errors that launches have which were found with other scales."""
+    found, _ = followed(problem, values, launches, scales)
+    return scales_of(
+        np.concatenate([each.times for each in found]),
+        np.concatenate([each.errors for each in found]),
+    )
+
+
+def fit(
+    problem: Problem,
+    values: Floats,
+    launches: Sequence[Launch],
+    scales: Floats,
+    steps: int,
+    report: Callable[[float], object] = lambda _: None,
+) -> Fit:
+    """
+    Lower the cost of all shots.
+
+    Parameters
+    ----------
+    problem : Problem
+    values : (common,) float array
+        Where the fit begins.
+    launches : sequence of Launch
+        For these values.
+    scales : (knots,) float array
+        Of errors, see `compare` [m].
+    steps : int
+        Largest number of steps.
+    report : callable
+        Called after each step with the median error of all samples [m].
+
+    """
+    found, cost = followed(problem, values, launches, scales)
+    damping = FIRST_DAMPING
+    for step in range(steps + 1):
+        report(float(np.median(np.concatenate([each.errors for each in found]))))
+        reduced = _reduced(problem, values, [each.launch for each in found], scales)
+        reached = Fit(
+            values,
+            tuple(each.launch for each in found),
+            scales,
+            np.stack([each.curvature for each in reduced]),
+            np.stack([each.gradient for each in reduced]),
+            cost,
+        )
+        matrix = problem.precision + sum(each.matrix for each in reduced)
+        gradient = reached.gradients.sum(axis=0) + problem.precision @ (values - problem.start)
+        move = _move(problem, values, matrix, gradient, LEAST_DAMPING)
+        ahead = float((np.abs(move) / deviations_of(problem, reached)).max(initial=0.0))
+        reached = replace(reached, ahead=0.0 if move @ matrix @ move < FLAT else ahead)
+        if step == steps or reached.ahead < CLOSE:
+            break
+        lower = np.inf
+        while not lower < cost and damping < MOST_DAMPING:
+            move = _move(problem, values, matrix, gradient, damping)
+            moved = [
+                replace(each.launch, numbers=each.launch.numbers + equations.follow @ move)
+                for each, equations in zip(found, reduced, strict=True)
+            ]
+            tried, lower = followed(problem, values + move, moved, scales)
+            damping *= LOWERED if lower < cost else RAISED
+        if not lower < cost:
+            break
+        values, found, cost = values + move, tried, lower
+        damping = max(damping, LEAST_DAMPING)
+    return reached
+
+
+def followed(
+    problem: Problem, values: Floats, launches: Sequence[Launch], scales: Floats
+) -> tuple[list[Followed], float]:
+    """Let all launches follow the common numbers; return them and the cost of all."""
+    work = partial(follow, problem.model_at(values), scales, problem.horizon)
+    found, away = list(problem.mapped(work, launches)), values - problem.start
+    return found, sum(each.cost for each in found) + float(away @ problem.precision @ away)
+
+
+def _reduced(
+    problem: Problem, values: Floats, launches: Sequence[Launch], scales: Floats
+) -> list[Reduced]:
+    """Return the normal equations of all shots."""
+    steps = STEP * problem.widths
+    stepped = [problem.model_at(values + step) for step in np.diag(steps)]
+    models = problem.model_at(values), stepped, steps
+    work = partial(reduce_equations, *models, scales, problem.horizon)
+    return list(problem.mapped(work, launches))
+
+
+def _move(
+    problem: Problem, values: Floats, matrix: Floats, gradient: Floats, damping: float
+) -> Floats:
+    """Return the damped step from values, within their bounds."""
+    if not len(values):
+        return np.zeros(0)
+    size = np.sqrt(np.diag(matrix))  # in such units, all numbers are alike
+    root = np.linalg.cholesky(matrix / np.outer(size, size) + damping * np.eye(len(size))).T
+    low, high = problem.bounds
+    bounds = np.minimum(low - values, 0.0) * size, np.maximum(high - values, 0.0) * size
+    aim = -np.linalg.solve(root.T, gradient / size)
+    move: Floats = lsq_linear(root, aim, bounds, method='bvls').x / size
+    return move
+
+
+def deviations_of(problem: Problem, found: Fit) -> Floats:
+    """
+    Return the standard deviations of the common numbers, from how the shots differ.
+
+    This is the sandwich of Huber (Proc. 5th Berkeley Symp. (1967), vol. 1): the errors of the
+    samples of a shot are those of its model, and far from independent. Shots that hardly depend on
+    a number do not differ: then the curvature of the cost tells its deviation.
+    """
+    inverse = np.linalg.inv(found.curvatures.sum(axis=0) + problem.precision)
+    sandwich = np.linalg.norm(inverse @ found.gradients.T, axis=1)
+    return np.maximum(sandwich, np.sqrt(np.diag(inverse)))
+
+
+class Interval(NamedTuple):
+    """The bounds of an interval, and the shots that decide it, the most important one first."""
+
+    bounds: tuple[float, float]
+    shots: tuple[str, ...]
+
+
+def jackknife(matrices: Floats, gradients: Floats, prior: Floats, away: Floats) -> Floats:
+    """
+    Return the variances (common,) of numbers by leaving each shot out in turn.
+
+    Parameters
+    ----------
+    matrices, gradients : (shots, common, common) and (shots, common) float array
+        Normal equations of the shots.
+    prior : (common, common) float array
+        The inverse of the covariance of the numbers before.
+    away : (common,) float array
+        The numbers beside likely ones.
+
+    """
+    count = len(matrices)
+    without = matrices.sum(axis=0) + prior - matrices
+    pulls = gradients.sum(axis=0) + prior @ away - gradients
+    left = np.linalg.solve(without, pulls[..., np.newaxis])[..., 0]
+    variances: Floats = (count - 1) / count * ((left - left.mean(axis=0)) ** 2).sum(axis=0)
+    return variances
+
+
+def intervals_of(problem: Problem, found: Fit) -> list[Interval]:
+    """Return the intervals of the common numbers."""
+    away = found.values - problem.start
+    variances = jackknife(found.curvatures, found.gradients, problem.precision, away)
+    reach = student.ppf(0.5 + 0.5 * LEVEL, len(found.launches) - 1) * np.sqrt(variances)
+    ruler = np.array([RULER.get(each.name, 0.0) for each in problem.sought])
+    reach = np.hypot(reach, norm.ppf(0.5 + 0.5 * LEVEL) * ruler)
+    inverse = np.linalg.inv(found.curvatures.sum(axis=0) + problem.precision)
+    shares = np.einsum('ki,sij,kj->ks', inverse, found.curvatures, inverse)
+    decisive = np.argsort(-shares, axis=-1, kind='stable')[:, :DECISIVE]
+    return [
+        Interval(
+            (max(value - by, each.low), min(value + by, each.high)),
+            tuple(found.launches[s].samples.name for s in shots),
+        )
+        for each, value, by, shots in zip(
+            problem.sought, found.values.tolist(), reach.tolist(), decisive.tolist(), strict=True
+        )
+    ]
+
+
+def undecided(problem: Problem, found: Fit, intervals: list[Interval]) -> list[int]:
+    """
+    Return the numbers that the shots may not decide, the least decided one first.
+
+    A number is decided if its interval is narrower than the range of likely values, or does not
+    hold the value with which the fit began. It is not if its range alone keeps it where it is.
+    """
+    inverse = np.linalg.inv(found.curvatures.sum(axis=0) + problem.precision)
+    held = np.diag(inverse) * np.diag(problem.precision)  # 1: nothing is known but the range
+    parts = []
+    for each, (low, high), by_range in zip(
+        problem.sought, (interval.bounds for interval in intervals), held.tolist(), strict=True
+    ):
+        inside = low <= each.start <= high
+        parts.append(max((high - low) / each.width if inside else 0.0, by_range / HELD))
+    order = np.argsort([-part for part in parts], kind='stable').tolist()
+    return [k for k in order if parts[k] > 1.0]
+
+
+def decided(
+    problem: Problem, found: Fit, steps: int, report: Callable[[float], object]
+) -> tuple[Problem, Fit, list[Interval]]:
+    """
+    Let the numbers go, one after the other, that the shots do not decide; fit the others.
+
+    A number stays if the fit is worse without it.
+    """
+    intervals, needed = intervals_of(problem, found), set[str]()
+    while doubtful := [
+        k for k in undecided(problem, found, intervals) if problem.sought[k].name not in needed
+    ]:
+        least = doubtful[0]
+        rest = tuple(each for k, each in enumerate(problem.sought) if k != least)
+        without, values = problem._replace(sought=rest), np.delete(found.values, least)
+        tried = fit(without, values, found.launches, found.scales, steps, report)
+        if tried.cost > (1.0 + WORSE) * found.cost:
+            needed.add(problem.sought[least].name)
+        else:
+            problem, found = without, tried
+            intervals = intervals_of(problem, found)
+    return problem, found, intervals
+
+
+def at_bounds(problem: Problem, found: Fit) -> NDArray[np.bool_]:
+    """Tell which numbers a fit left at one of their bounds."""
+    low, high = problem.bounds
+    room = STEP * problem.widths
+    near: NDArray[np.bool_] = (found.values < low + room) | (found.values > high - room)
+    return near
