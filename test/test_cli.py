@@ -18,9 +18,8 @@ import pytest
 import billiard_shot
 from billiard_shot import lowest_elevation, predict, Scene, Stroke
 from billiard_shot.cli import COMMANDS, main, make_parser, STUDIES
-from billiard_shot.cli.exit_codes import DONE, EXIT_CODES, FAILED, INTERRUPTED
-from billiard_shot.cli.text_table import Column, print_rows
-from billiard_shot.game.tournament import play
+from billiard_shot.cli.output import Column, DONE, EXIT_CODES, FAILED, INTERRUPTED, print_rows
+from billiard_shot.game.rack import play
 from billiard_shot.scene.player import OFFSETS
 
 PAPER = Path(__file__).parents[1] / 'config' / 'strokes' / 'paper.yaml'

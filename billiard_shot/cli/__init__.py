@@ -17,9 +17,15 @@ import sys
 from typing import Any, NoReturn
 
 import billiard_shot
-from billiard_shot.cli.exit_codes import EXIT_CODES, FAILED, INTERRUPTED, WRONG_INPUT
 from billiard_shot.cli.files import check_files, PICTURES
-from billiard_shot.cli.output import discard_output, tolerant_output
+from billiard_shot.cli.output import (
+    discard_output,
+    EXIT_CODES,
+    FAILED,
+    INTERRUPTED,
+    tolerant_output,
+    WRONG_INPUT,
+)
 from billiard_shot.pictures.canvas import require_matplotlib
 from billiard_shot.scene.errors import must_be, must_be_one_of
 

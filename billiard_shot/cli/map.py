@@ -8,14 +8,23 @@ from pathlib import Path
 import numpy as np
 
 from billiard_shot import Scene
-from billiard_shot.cli.progress import reporting
-from billiard_shot.cli.search import add_search_arguments, selected_noise
-from billiard_shot.cli.shots import add_scene_argument, scene_name
-from billiard_shot.cli.text_table import add_format_arguments, Column, print_rows, wants_text
+from billiard_shot.cli.output import (
+    add_format_arguments,
+    Column,
+    print_rows,
+    reporting,
+    wants_text,
+)
+from billiard_shot.cli.shots import (
+    add_scene_argument,
+    add_search_arguments,
+    scene_name,
+    selected_noise,
+)
 from billiard_shot.cli.workers import add_work_arguments, working
-from billiard_shot.pictures.success_map import draw_success_map, map_in_words
+from billiard_shot.pictures.plan import draw_success_map, map_in_words
 from billiard_shot.planning.success_map import MAP_BUDGET, success_map, USUAL_GRID
-from billiard_shot.table.run import POCKET_NAMES
+from billiard_shot.table.run.results import POCKET_NAMES
 
 MAP_COLUMNS = tuple(map(Column, ('x', 'y', 'success', 'low', 'high')))
 

@@ -15,8 +15,8 @@ from billiard_shot.planning.targets import Pot, target_of
 from billiard_shot.records import Array
 from billiard_shot.scene import Noise, Scene, SceneLike
 from billiard_shot.scene.errors import must_be, must_be_one_of
+from billiard_shot.scene.fields import whole
 from billiard_shot.scene.placement import CUE_BALL, no_place
-from billiard_shot.scene.values import whole
 
 USUAL_GRID = 36, 18
 MAP_BUDGET = 2000  # strokes to simulate for each place
