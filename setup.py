@@ -98,7 +98,7 @@ setup(
     maintainer='billiard_shot maintainers',
     python_requires='>=3.11',
     # The bundled scenes live in config/scenes and are installed inside the package,
-    # where billiard_shot.scene.bundled finds them.
+    # where billiard_shot.scene.files finds them.
     packages=[
         *find_packages(include=[package_name, f'{package_name}.*']),
         f'{package_name}.scenes',

@@ -25,11 +25,11 @@ from tools.processes import processes
 from tools.stopping import clear, goal, stop_latencies, stroke
 from tools.timing import QUICK, Report, resident
 
-from billiard_shot.cue.outcome import GoalOutcome
+from billiard_shot.cue.plan import GoalOutcome
 from billiard_shot.cue.safety import MOVING, SafetyState
 from billiard_shot.ros.client import RobotClient
 from billiard_shot.ros.node_runner import initialized
-from billiard_shot.ros.processes import quiet_environment, running
+from billiard_shot.ros.robot import quiet_environment, running
 
 PLANNING = """
 import os, signal

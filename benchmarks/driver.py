@@ -28,7 +28,7 @@ from tools.timing import QUICK, Report
 
 from billiard_shot.ros.client import RobotClient
 from billiard_shot.ros.node_runner import initialized
-from billiard_shot.ros.processes import quiet_environment, running
+from billiard_shot.ros.robot import quiet_environment, running
 
 LIMITS = {'cue_driver': 10.0, 'cue_sim': 5.0, 'cue_model': 5.0, 'table_display': 5.0}
 """Largest processor time at rest, by node [% of a core]."""

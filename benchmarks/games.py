@@ -25,13 +25,18 @@ from tools.timing import machine, Report
 from billiard_shot import predict_batch, Scene
 from billiard_shot.calibration.simulator import SHOTS
 from billiard_shot.game import Call, Pairing, play, start, State, summary
-from billiard_shot.game.agent import scene_of, simulated
-from billiard_shot.game.batch_outcomes import rule_on
-from billiard_shot.game.breaks import best_break
-from billiard_shot.game.rack import play_rack
-from billiard_shot.game.rack_record import RackRecord
+from billiard_shot.game.rack import (
+    agents_of,
+    find_agent,
+    first_record,
+    play_rack,
+    RackRecord,
+    scene_of,
+    simulated,
+)
 from billiard_shot.game.referee import judge
-from billiard_shot.game.tournament import agents_of, find_agent, first_record
+from billiard_shot.game.strokes import best_break
+from billiard_shot.game.valuation import rule_on
 from billiard_shot.pictures.rack import draw_rack
 from billiard_shot.planning.statistics import percent, wilson_interval
 

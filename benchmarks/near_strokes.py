@@ -18,7 +18,7 @@ from tools.timing import QUICK, Report
 
 from billiard_shot import predict, Scene, Status
 from billiard_shot.cli.workers import begin_work
-from billiard_shot.scene.bundled import scene_names
+from billiard_shot.scene.files import scene_names
 from studies.near_strokes import near_scene, near_stroke
 
 LIMIT, LIMIT_OF_RACK = 50.0, 150.0  # medians

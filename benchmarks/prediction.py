@@ -13,8 +13,8 @@ import numpy as np
 from tools.timing import once, QUICK, Report, seconds, Time, yardstick
 
 from billiard_shot import predict, predict_batch, Scene, Stroke
-from billiard_shot.impact.solve import solve_in_contact_space
-from billiard_shot.table.stroke_accuracy import strike_tolerance
+from billiard_shot.impact.kernel import solve_in_contact_space
+from billiard_shot.table.strike.placement import strike_tolerance
 from studies.problem import ContactProblem
 
 OVERHEAD = 100.0  # us on a machine where np.cross takes CROSS

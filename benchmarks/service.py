@@ -27,8 +27,8 @@ from tools.timing import QUICK, Report, resident
 from billiard_shot import Scene, Status
 from billiard_shot.ros.node_runner import initialized
 from billiard_shot.ros.predict_shot import request_of
-from billiard_shot.ros.processes import config_file, quiet_environment
-from billiard_shot.shot.stroke_file import read_strokes
+from billiard_shot.ros.robot import config_file, quiet_environment
+from billiard_shot.shot.stroke import read_strokes
 
 YARDSTICK = """
 import rclpy

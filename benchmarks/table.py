@@ -20,7 +20,7 @@ from tools.pooltool_table import scene, states
 from tools.timing import Report, seconds, yardstick
 
 from billiard_shot import BallState, simulate, simulate_batch
-from billiard_shot.scene.table import BallBall
+from billiard_shot.scene.equipment import BallBall
 
 RATIOS = {'one ball': 600.0, 'cut shot': 290.0, '9-ball break': 85.0, '8-ball break': 80.0}
 SPREAD = 4.0  # p95 of the cost of racks over the median

@@ -17,7 +17,7 @@ import numpy as np
 from tools.timing import Report
 
 from billiard_shot import predict, Scene, Status, Stroke
-from billiard_shot.table.motion import Cause
+from billiard_shot.table.model.motion import Cause
 from studies.problem import ContactProblem
 from studies.scipy_strike import GaveUpError, ScipyStrike
 

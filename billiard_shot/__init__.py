@@ -11,30 +11,26 @@ if TYPE_CHECKING:
     from billiard_shot.calibration.result import Calibration
     from billiard_shot.impact.bodies import Body, Contact
     from billiard_shot.impact.collide import collide
-    from billiard_shot.planning.candidate_strokes import candidates, CandidateStrokes
     from billiard_shot.planning.inverse import invert_strike
-    from billiard_shot.planning.plan import plan
+    from billiard_shot.planning.plan import candidates, CandidateStrokes, plan
     from billiard_shot.planning.result import PlanResult, RankedStroke
     from billiard_shot.planning.shots import DirectShots, shots
     from billiard_shot.planning.within_noise import predict_within_noise
     from billiard_shot.scene import Scene
     from billiard_shot.scene.errors import InputError
     from billiard_shot.shot.aim import aim
-    from billiard_shot.shot.analysis import effects_of, sensitivity_of
     from billiard_shot.shot.lowest_elevation import lowest_elevation
-    from billiard_shot.shot.predict import predict, predict_batch
+    from billiard_shot.shot.play import StrokeBatch
+    from billiard_shot.shot.predict import effects_of, predict, predict_batch, sensitivity_of
     from billiard_shot.shot.replay import load_shot, save_shot
     from billiard_shot.shot.shot import Shot
     from billiard_shot.shot.stroke import Stroke
-    from billiard_shot.shot.stroke_batch import StrokeBatch
     from billiard_shot.status import Status
-    from billiard_shot.table.effects import Effect
-    from billiard_shot.table.motion import Motion
-    from billiard_shot.table.run import TableRun
-    from billiard_shot.table.simulate import simulate, simulate_batch
-    from billiard_shot.table.table_batch import TableBatch
-    from billiard_shot.table.table_states import TableStates
-    from billiard_shot.table.trajectory import BallState, EventKind, Trajectory
+    from billiard_shot.table.model.motion import Motion
+    from billiard_shot.table.run.effects import Effect
+    from billiard_shot.table.run.results import BallState, EventKind, TableRun, Trajectory
+    from billiard_shot.table.run.simulate import simulate, simulate_batch, TableBatch
+    from billiard_shot.table.run.states import TableStates
 
 __all__ = [
     'Scene',
@@ -85,31 +81,31 @@ _HOMES = {
     'aim': 'shot.aim',
     'predict': 'shot.predict',
     'predict_batch': 'shot.predict',
-    'StrokeBatch': 'shot.stroke_batch',
+    'StrokeBatch': 'shot.play',
     'lowest_elevation': 'shot.lowest_elevation',
     'Shot': 'shot.shot',
     'load_shot': 'shot.replay',
     'save_shot': 'shot.replay',
-    'Effect': 'table.effects',
-    'effects_of': 'shot.analysis',
-    'sensitivity_of': 'shot.analysis',
+    'Effect': 'table.run.effects',
+    'effects_of': 'shot.predict',
+    'sensitivity_of': 'shot.predict',
     'Status': 'status',
     'InputError': 'scene.errors',
-    'Motion': 'table.motion',
-    'Trajectory': 'table.trajectory',
-    'BallState': 'table.trajectory',
-    'EventKind': 'table.trajectory',
-    'simulate': 'table.simulate',
-    'simulate_batch': 'table.simulate',
-    'TableBatch': 'table.table_batch',
-    'TableStates': 'table.table_states',
-    'TableRun': 'table.run',
+    'Motion': 'table.model.motion',
+    'Trajectory': 'table.run.results',
+    'BallState': 'table.run.results',
+    'EventKind': 'table.run.results',
+    'simulate': 'table.run.simulate',
+    'simulate_batch': 'table.run.simulate',
+    'TableBatch': 'table.run.simulate',
+    'TableStates': 'table.run.states',
+    'TableRun': 'table.run.results',
     'plan': 'planning.plan',
     'PlanResult': 'planning.result',
     'RankedStroke': 'planning.result',
     'shots': 'planning.shots',
-    'candidates': 'planning.candidate_strokes',
-    'CandidateStrokes': 'planning.candidate_strokes',
+    'candidates': 'planning.plan',
+    'CandidateStrokes': 'planning.plan',
     'predict_within_noise': 'planning.within_noise',
     'DirectShots': 'planning.shots',
     'invert_strike': 'planning.inverse',

@@ -24,7 +24,7 @@ import xml.etree.ElementTree as ET
 
 from billiard_shot.compiler.build import PAGES, provide
 from billiard_shot.compiler.targets import TARGETS
-from billiard_shot.embed.core_files import copy_module
+from billiard_shot.embed.scenes import copy_module
 from billiard_shot.machine_code import LIBRARY
 
 ROOT = Path(__file__).resolve().parents[1]

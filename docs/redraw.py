@@ -25,8 +25,7 @@ SCREENSHOTS = {'view.jpg', 'foxglove.png'}
 MEASURED = {'games-rack.png'}
 STUDIES = (
     'study accuracy --picture tolerance.png',
-    'atlas pool_table --ball 8 --ball-at 0.5 0.2 --cue-grid 24x12 --budget 2000 '
-    '--output atlas.jsonl --picture atlas.png',
+    'map pool_table --ball 8 --ball-at 0.5 0.2 --grid 24x12 --picture success-map.png',
     'study effects nine_ball --picture effects.png',
     'laws.py --picture laws.png',
     'methods.py --picture accuracy.png',

@@ -7,7 +7,7 @@ Both solve the same strike in contact space as the library; neither uses stiffne
 import numpy as np
 
 from billiard_shot.impact.friction import minimize_over_disc
-from billiard_shot.impact.solve import Properties, solve_in_contact_space
+from billiard_shot.impact.kernel import Properties, solve_in_contact_space
 from billiard_shot.records import Array
 from studies.problem import ContactProblem
 

@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from billiard_shot.impact import Body, collide, CollisionResult, Contact
-from billiard_shot.pictures.trace import bodies_of_strike
+from billiard_shot.pictures.collision import bodies_of_strike
 from billiard_shot.records import Array, Triple
 from billiard_shot.scene import Scene
 from billiard_shot.shot.strike_model import strike_model, StrikeModel
 from billiard_shot.shot.stroke import Stroke
-from billiard_shot.table.cue_impact import UP
+from billiard_shot.table.model.cue import UP
 
 # The paper's measured constants [kg, kg, m], and those of the contacts of tip and cloth.
 PAPER_BALL_MASS, PAPER_CUE_MASS, PAPER_BALL_RADIUS = 0.1673, 0.5018, 0.0286

@@ -12,9 +12,9 @@ import sys
 
 sys.path.append(str(Path(__file__).resolve().parents[1]))  # for `python studies/figures.py`
 
-from billiard_shot.cli.progress import progress
+from billiard_shot.cli.output import progress
+from billiard_shot.pictures.collision import draw_strike
 from billiard_shot.pictures.history import draw_history
-from billiard_shot.pictures.strike import draw_strike
 from billiard_shot.pictures.table import draw_shot
 from billiard_shot.pictures.trails import trails_of
 from billiard_shot.scene import Scene

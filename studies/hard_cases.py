@@ -29,8 +29,7 @@ import numpy as np
 sys.path.append(str(Path(__file__).resolve().parents[1]))  # for `python studies/hard_cases.py`
 from collections.abc import Sequence
 
-from billiard_shot.cli.progress import progress
-from billiard_shot.cli.text_table import add_format_arguments, Column, print_rows, wants_text
+from billiard_shot.cli.output import add_format_arguments, Column, print_rows, progress, wants_text
 from billiard_shot.cli.workers import add_work_arguments, mapped
 from billiard_shot.impact.integrator import steps_allowed
 from billiard_shot.records import Array

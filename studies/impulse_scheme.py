@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from billiard_shot.impact import friction
-from billiard_shot.impact.laws import LAWS, POISSON
+from billiard_shot.impact.options import LAWS, POISSON
 from billiard_shot.status import BUDGET_EXCEEDED, NEGATIVE_ENERGY, OK, Status
 
 IS_COMPILED = find_spec('numba') is not None

@@ -20,20 +20,19 @@ import sys
 import numpy as np
 
 sys.path.append(str(Path(__file__).resolve().parents[1]))  # for `python studies/laws.py`
-from billiard_shot.cli.progress import progress
+from billiard_shot.cli.output import add_format_arguments, Column, print_rows, progress, wants_text
 from billiard_shot.cli.shots import add_scene_argument, scene_name
-from billiard_shot.cli.text_table import add_format_arguments, Column, print_rows, wants_text
-from billiard_shot.cli.workers import add_work_arguments, mapped
-from billiard_shot.pictures.canvas import add_legend, new_figure, save
-from billiard_shot.records import Array
-from billiard_shot.scene import Scene
-from billiard_shot.shot.stroke import Stroke
-from billiard_shot.shot.stroke_options import (
+from billiard_shot.cli.stroke_options import (
     add_stroke_arguments,
     strokes_from_options,
     strokes_given,
 )
-from billiard_shot.table.colours import BLUE, GREEN, GREY, VERMILION
+from billiard_shot.cli.workers import add_work_arguments, mapped
+from billiard_shot.pictures.canvas import add_legend, new_figure, save
+from billiard_shot.pictures.colours import BLUE, GREEN, GREY, VERMILION
+from billiard_shot.records import Array
+from billiard_shot.scene import Scene
+from billiard_shot.shot.stroke import Stroke
 from studies.classical_laws import newton, NoEndError, pairwise
 from studies.command import run_study
 from studies.paper import PRINTED

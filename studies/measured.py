@@ -21,11 +21,10 @@ import numpy as np
 sys.path.append(str(Path(__file__).resolve().parents[1]))  # for `python studies/measured.py`
 from collections.abc import Sequence
 
-from billiard_shot.cli.progress import progress
-from billiard_shot.cli.text_table import add_format_arguments, print_csv, table
+from billiard_shot.cli.output import add_format_arguments, print_csv, progress, table
 from billiard_shot.cli.workers import add_work_arguments, mapped
 from billiard_shot.scene import BallBall, Scene
-from billiard_shot.table.words import rounded
+from billiard_shot.table.run.results import rounded
 from studies import published
 from studies import published_shots as shots
 from studies.command import run_study

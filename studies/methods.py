@@ -20,22 +20,21 @@ from time import process_time
 import numpy as np
 
 sys.path.append(str(Path(__file__).resolve().parents[1]))  # for `python studies/methods.py`
-from billiard_shot.cli.progress import progress
+from billiard_shot.cli.output import add_format_arguments, Column, print_rows, progress, wants_text
 from billiard_shot.cli.shots import add_scene_argument, scene_name
-from billiard_shot.cli.text_table import add_format_arguments, Column, print_rows, wants_text
-from billiard_shot.cli.workers import add_work_arguments, mapped
-from billiard_shot.pictures.canvas import add_legend, new_figure, save
-from billiard_shot.records import Array
-from billiard_shot.scene import Scene
-from billiard_shot.scene.errors import reason
-from billiard_shot.shot.stroke import Stroke
-from billiard_shot.shot.stroke_options import (
+from billiard_shot.cli.stroke_options import (
     add_stroke_arguments,
     strokes_from_options,
     strokes_given,
 )
+from billiard_shot.cli.workers import add_work_arguments, mapped
+from billiard_shot.pictures.canvas import add_legend, new_figure, save
+from billiard_shot.pictures.colours import BLACK, BLUE, GREEN, PURPLE, VERMILION
+from billiard_shot.records import Array
+from billiard_shot.scene import Scene
+from billiard_shot.scene.errors import reason
+from billiard_shot.shot.stroke import Stroke
 from billiard_shot.status import Status
-from billiard_shot.table.colours import BLACK, BLUE, GREEN, PURPLE, VERMILION
 from studies import impulse_scheme
 from studies.closed_form import applies, closed_form
 from studies.command import run_study

@@ -24,7 +24,7 @@ import numpy as np
 sys.path.append(str(Path(__file__).resolve().parents[1]))  # for `python studies/paper.py`
 from collections.abc import Sequence
 
-from billiard_shot.cli.text_table import (
+from billiard_shot.cli.output import (
     add_format_arguments,
     Column,
     numbers,

@@ -2,7 +2,7 @@
 The trajectories of the paper's Table 1: its figures (a), (b) and (c).
 
 Each is drawn as computed by the model, and as it follows from the printed velocities and spins.
-The two differ, see reproduction.py. As in the paper (footnote 7), the ball does not bounce.
+The two differ, see paper.py. As in the paper (footnote 7), the ball does not bounce.
 """
 
 from collections.abc import Mapping
@@ -13,16 +13,16 @@ from typing import Any
 import numpy as np
 
 from billiard_shot.pictures.canvas import add_legend, new_figure, save
+from billiard_shot.pictures.colours import BLACK, GREY, MOTIONS, VERMILION
 from billiard_shot.pictures.table import draw_balls, draw_cue
 from billiard_shot.pictures.trails import Trails, trails_of, trails_of_run
 from billiard_shot.scene import Effects, Scene
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.predict import predict
 from billiard_shot.shot.shot import Shot
-from billiard_shot.table.colours import BLACK, GREY, MOTIONS, VERMILION
-from billiard_shot.table.motion import Motion
-from billiard_shot.table.simulate import simulate
-from billiard_shot.table.trajectory import BallState, EventKind
+from billiard_shot.table.model.motion import Motion
+from billiard_shot.table.run.results import BallState, EventKind
+from billiard_shot.table.run.simulate import simulate
 from studies.paper import PRINTED
 
 PANELS: Mapping[str, str] = {'vertical': 'a', 'horizontal': 'b', 'massé': 'c'}

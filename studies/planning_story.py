@@ -10,17 +10,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.pictures.canvas import new_figure, save
+from billiard_shot.pictures.colours import BLUE, GREEN, ORANGE
 from billiard_shot.pictures.table import draw_balls, draw_table
 from billiard_shot.pictures.trails import trails_of
-from billiard_shot.planning.cross_entropy import Population, population_of, refine
-from billiard_shot.planning.limits import limits_of
-from billiard_shot.planning.problem import Problem, problem_of
+from billiard_shot.planning.problem import limits_of, Problem, problem_of
 from billiard_shot.planning.result import RankedStroke
 from billiard_shot.planning.runner import Runner
 from billiard_shot.planning.search import (
     best_of,
     choose_candidates,
     NORMAL_BUDGET,
+    Population,
+    population_of,
+    refine,
     REFINED,
     run_race,
 )
@@ -30,8 +32,7 @@ from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.predict import predict
 from billiard_shot.shot.stroke import Stroke
-from billiard_shot.table.colours import BLUE, GREEN, ORANGE
-from billiard_shot.table.outline import outline_of
+from billiard_shot.table.run.outline import outline_of
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -6,21 +6,21 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from billiard_shot.impact.contact_space import (
+from billiard_shot.impact.bodies import (
     contact_space,
     ContactSpace,
     System,
     system_of,
     velocity_changes,
 )
-from billiard_shot.impact.solve import Properties, solve_in_contact_space
+from billiard_shot.impact.kernel import Properties, solve_in_contact_space
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene
 from billiard_shot.shot.strike_model import strike_model, StrikeModel
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.status import Status
-from billiard_shot.table.simulate import simulate
-from billiard_shot.table.trajectory import BallState
+from billiard_shot.table.run.results import BallState
+from billiard_shot.table.run.simulate import simulate
 from studies.collisions import collision_of
 
 BOUNCE_TOLERANCE = 1e-13  # m, for leaving out bounces

@@ -8,11 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.scene import BallBall, Scene
+from billiard_shot.scene.equipment import Table
 from billiard_shot.scene.placement import head_string
-from billiard_shot.scene.table import Table
-from billiard_shot.table.run import TableRun
-from billiard_shot.table.simulate import simulate
-from billiard_shot.table.trajectory import BallState, EventKind
+from billiard_shot.table.run.results import BallState, EventKind, TableRun
+from billiard_shot.table.run.simulate import simulate
 
 IDEAL = BallBall(restitution=1.0, friction_fast=0.0, friction_slow=0.0)
 START_GAP = 1e-9  # m: from ball to ball before they meet, so that nothing changes on the way

@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from billiard_shot.pictures.canvas import new_figure, save
 from billiard_shot.scene import Scene
-from billiard_shot.scene.rack import sites
-from billiard_shot.table.simulate import simulate
-from billiard_shot.table.trajectory import BallState
+from billiard_shot.scene.placement import sites
+from billiard_shot.table.run.results import BallState
+from billiard_shot.table.run.simulate import simulate
 
 RACK_ROWS = range(1, 6)  # balls in the rows of the triangle
 CUE_BALL_SPEED = 8.0  # m/s, of the cue ball

@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 
 from billiard_shot.pictures.canvas import add_legend, new_figure, save
+from billiard_shot.pictures.colours import BLUE, GREY, VERMILION
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene
 from billiard_shot.shot.predict import predict, predict_batch
 from billiard_shot.shot.stroke import Stroke
-from billiard_shot.table.colours import BLUE, GREY, VERMILION
 
 SPEEDS = 0.3 * np.geomspace(1.0, 8.0 / 0.3, 9)  # m/s
 OFFSETS = np.linspace(0.0, 0.55, 12)  # radii

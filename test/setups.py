@@ -4,7 +4,7 @@ import numpy as np
 
 from billiard_shot import Scene, Stroke
 from billiard_shot.impact import Body, collide, Contact
-from billiard_shot.impact.solve import solve_in_contact_space
+from billiard_shot.impact.kernel import solve_in_contact_space
 from billiard_shot.status import Status
 from studies.problem import ContactProblem
 

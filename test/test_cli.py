@@ -18,9 +18,8 @@ import pytest
 import billiard_shot
 from billiard_shot import lowest_elevation, predict, Scene, Stroke
 from billiard_shot.cli import COMMANDS, main, make_parser, STUDIES
-from billiard_shot.cli.exit_codes import DONE, EXIT_CODES, FAILED, INTERRUPTED
-from billiard_shot.cli.text_table import Column, print_rows
-from billiard_shot.game.tournament import play
+from billiard_shot.cli.output import Column, DONE, EXIT_CODES, FAILED, INTERRUPTED, print_rows
+from billiard_shot.game.rack import play
 from billiard_shot.scene.player import OFFSETS
 
 PAPER = Path(__file__).parents[1] / 'config' / 'strokes' / 'paper.yaml'
@@ -272,8 +271,9 @@ def test_the_scene_is_in_the_same_place(capsys):
     for said in (one, two, three):
         del said['wall_time']
     assert one == two == three
-    for command in ('predict', 'view', 'plan', 'atlas', *STUDIES):
+    for command in ('predict', 'view', 'plan', 'map', *STUDIES):
         words = ['study', command] if command in STUDIES else [command]
+        words += ['--ball', '8'] if command == 'map' else []
         assert main([*words, 'papre']) == 2
         assert 'scene must be one of blocked, ' in capsys.readouterr().err
     assert main(['plan', '--pot', '8']) == 2
@@ -374,7 +374,7 @@ def test_numbers_of_strokes_may_have_an_exponent(capsys):
         ('plan blocked --break 1 --pots 3', 'pots must be at most 2, the balls, got 3'),
         ('urdf --frame=', '--frame must be a name'),
         ('predict blocked --pot cue -s 2 -e 5', "--pot must be one of 1, 8, got 'cue'"),
-        ('atlas pool_table', 'ball is missing; the scene has only the cue ball'),
+        ('map pool_table --ball 8', 'ball must be in the scene, which has only the cue ball'),
     ],
 )
 def test_a_wrong_request_is_refused(words, text, capsys):

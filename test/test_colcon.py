@@ -27,7 +27,7 @@ def environment():
     """Return an environment with the ROS 2 of this interpreter, and a ROS domain of its own."""
     from domain_coordinator import domain_id
 
-    from billiard_shot.ros.processes import quiet_environment
+    from billiard_shot.ros.robot import quiet_environment
 
     prefix = Path(sys.prefix)
     with domain_id() as domain:

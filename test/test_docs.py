@@ -16,8 +16,8 @@ import pytest
 import billiard_shot
 from billiard_shot import machine_code
 from billiard_shot.cli import main
-from billiard_shot.shot.stroke_file import read_strokes
-from billiard_shot.shot.stroke_options import add_stroke_arguments, strokes_from_options
+from billiard_shot.cli.stroke_options import add_stroke_arguments, strokes_from_options
+from billiard_shot.shot.stroke import read_strokes
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path += [str(ROOT / 'docs'), str(ROOT / 'docs' / '_ext')]
@@ -151,7 +151,7 @@ def changed(folder, file, program, **environment):
 def test_the_law_of_restitution_that_is_added(tmp_path):
     said = changed(
         tmp_path,
-        'impact/laws.py',
+        'impact/options.py',
         """
 from billiard_shot import Body, Contact, collide
 for e in (0.2, 0.9):
@@ -174,7 +174,7 @@ for e in (0.2, 0.9):
 def test_the_cushion_that_is_added(tmp_path):
     said = changed(
         tmp_path,
-        'table/cushion_models.py',
+        'table/contacts/cushion_models.py',
         """
 from billiard_shot import BallState, Scene, simulate
 scene = Scene.from_dict({'like': 'pool_table', 'table': {'cushion': {'model': 'mirror'}}})

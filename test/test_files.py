@@ -3,7 +3,7 @@
 import pytest
 
 from billiard_shot.cli import main
-from billiard_shot.cli.exit_codes import WRONG_INPUT
+from billiard_shot.cli.output import WRONG_INPUT
 
 RECORDING = 'shot,time,ball,x,y\n1,0,cue,0,0\n'
 STROKES = 'speed,measured_speed\n' + '1,1.1\n' * 6

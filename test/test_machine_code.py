@@ -131,7 +131,7 @@ def old(folder, file):
 
 
 def other_layout(folder, file):
-    name, layout = 'billiard_shot.table.cue:CueRecord', {'size': 8, 'fields': []}
+    name, layout = 'billiard_shot.table.model.cue:CueRecord', {'size': 8, 'fields': []}
     describe(folder, records={name: layout})
 
 
@@ -174,7 +174,7 @@ def test_copies_of_sources_share_a_library_until_one_is_changed(package, numbers
     """It belongs to the content of the sources: their paths and times do not matter."""
     (given, loaded), stderr = run(PREDICT, package)
     assert (json.loads(given), loaded, stderr) == (numbers, 'True', '')
-    changed = package / 'billiard_shot' / 'table' / 'motion.py'
+    changed = package / 'billiard_shot' / 'table' / 'model' / 'motion.py'
     before = changed.read_bytes()
     changed.write_bytes(before + b'# a change\n')
     assert 'there is no library of machine code for these sources' in interprets(numbers, package)

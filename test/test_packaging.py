@@ -16,7 +16,7 @@ import pytest
 import yaml
 
 from billiard_shot import machine_code
-from billiard_shot.scene.bundled import scene_names, scene_path
+from billiard_shot.scene.files import scene_names, scene_path
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = 'billiard_shot'
@@ -222,7 +222,7 @@ def test_a_wheel_of_the_same_sources_serves_instead_of_tools(checkout, wheel, tm
 @pytest.mark.skipif(not machine_code.is_loaded(), reason='needs machine code')
 def test_a_wheel_of_other_sources_does_not(checkout, wheel, tmp_path):
     changed = shutil.copytree(checkout, tmp_path / 'changed')
-    with (changed / PACKAGE / 'table' / 'motion.py').open('a') as file:
+    with (changed / PACKAGE / 'table' / 'model' / 'motion.py').open('a') as file:
         file.write('# a change\n')
     _, said = build_without_tools(changed, tmp_path, PIP_FIND_LINKS=str(wheel.parent))
     assert said.count('built without machine code') == 1

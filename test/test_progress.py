@@ -3,8 +3,8 @@ import sys
 
 import pytest
 
-from billiard_shot.cli import progress as module
-from billiard_shot.cli.progress import progress, progress_line, reporting
+from billiard_shot.cli import output as module
+from billiard_shot.cli.output import progress, progress_line, reporting
 
 
 class Terminal(io.StringIO):

@@ -10,7 +10,7 @@ from test_docs import BLOCKS, FILES
 
 from billiard_shot import aim, load_shot, predict
 from billiard_shot.cli import main
-from billiard_shot.planning.explain import why_missed
+from billiard_shot.planning.result import why_missed
 
 RACKS = ('eight_ball', 'nine_ball', 'snooker')
 

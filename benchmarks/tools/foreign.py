@@ -14,7 +14,7 @@ import numpy as np
 from billiard_shot import BallState, Scene, simulate
 from billiard_shot.calibration.calibrate import calibrate
 from billiard_shot.game import find_game
-from billiard_shot.game.outcome import outcome_of_run
+from billiard_shot.game.state import outcome_of_run
 from billiard_shot.scene import Noise
 
 TABLE = Scene.load('seven_foot')

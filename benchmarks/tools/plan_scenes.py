@@ -5,10 +5,10 @@ import math
 import numpy as np
 
 from billiard_shot import predict_batch, Scene
-from billiard_shot.planning.limits import limits_of, raise_for_clearance
-from billiard_shot.planning.noises import NOISES
+from billiard_shot.planning.problem import limits_of, raise_for_clearance
+from billiard_shot.planning.within_noise import NOISES
 from billiard_shot.shot.stroke import vectors_of
-from billiard_shot.table.run import POCKET_NAMES
+from billiard_shot.table.run.results import POCKET_NAMES
 
 CUTS = (0, 15, 30, 45, 60, 75)  # degrees, limits of the bins
 LENGTHS = (0.3, 0.7, 1.1, 1.6)  # m, from the cue ball to the ghost ball

@@ -2,11 +2,7 @@
 
 from dataclasses import replace
 
-from billiard_shot.game.call import Call
-from billiard_shot.game.game import find_game
-from billiard_shot.game.outcome import Outcome
-from billiard_shot.game.ruling import Ruling
-from billiard_shot.game.state import State
+from billiard_shot.game.state import Call, find_game, Outcome, Ruling, State
 
 EIGHT_BALL = find_game('eight_ball')
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from billiard_shot import Scene, Stroke
-from billiard_shot.impact.solve import solve_in_contact_space
+from billiard_shot.impact.kernel import solve_in_contact_space
 from billiard_shot.status import Status
 from studies.paper import PRINTED
 from studies.problem import ContactProblem

@@ -49,7 +49,7 @@ from billiard_shot.calibration.search import spins_of
 from billiard_shot.calibration.simulator import recording_of, Simulator
 from billiard_shot.scene import Scene, SceneLike
 from billiard_shot.scene.errors import refused
-from billiard_shot.scene.values import as_float, positive, whole
+from billiard_shot.scene.fields import as_float, positive, whole
 
 FIRST_HORIZON, HORIZON, GROWTH = 0.8, 8.0, 3.0
 """First and last time after the strike that count for common numbers [s], and their ratio."""

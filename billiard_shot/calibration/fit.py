@@ -42,7 +42,7 @@ from billiard_shot.calibration.recording import Floats, Recording
 from billiard_shot.calibration.samples import Samples
 from billiard_shot.calibration.search import search_launches
 from billiard_shot.scene import Scene
-from billiard_shot.scene.parameters import Parameter
+from billiard_shot.scene.scene import Parameter
 
 USUAL_NAMES = (
     'cloth.sliding_friction',

@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 
 from billiard_shot.calibration.recording import Command, Floats, Frame, Recording
 from billiard_shot.calibration.samples import Samples
-from billiard_shot.planning.strikes import strike_alone
+from billiard_shot.planning.within_noise import strike_alone
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL, nose_standoff
 from billiard_shot.scene.player import A, B, with_errors
@@ -38,10 +38,9 @@ from billiard_shot.shot.effects import model_of as strike_model_of
 from billiard_shot.shot.predict import predict
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.status import Status
-from billiard_shot.table.initial_states import VECTORS
-from billiard_shot.table.simulate import simulate, simulate_batch
-from billiard_shot.table.table_states import TableStates
-from billiard_shot.table.trajectory import BallState, EventKind
+from billiard_shot.table.run.results import BallState, EventKind
+from billiard_shot.table.run.simulate import simulate, simulate_batch
+from billiard_shot.table.run.states import TableStates, VECTORS
 
 SPEED, DIRECTION, FOLLOW, SIDE, MASSE = range(5)
 PLACES = 5  # number of the first place; all before it are those of the strike

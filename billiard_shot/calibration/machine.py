@@ -47,12 +47,11 @@ from billiard_shot.calibration.samples import (
     Samples,
     usable_shots,
 )
-from billiard_shot.cue.alignment import Alignment, EXACT
-from billiard_shot.cue.mechanism import Mechanism
+from billiard_shot.cue.mechanism import Alignment, EXACT, Mechanism
 from billiard_shot.cue.plan import stroke_on_table
-from billiard_shot.numerics.angles import wrapped
+from billiard_shot.numerics.vectors import wrapped
 from billiard_shot.scene import Bias, Noise, Scene
-from billiard_shot.scene.checks import write
+from billiard_shot.scene.fields import write
 from billiard_shot.scene.player import SPEED
 from billiard_shot.shot.stroke import Stroke
 

@@ -47,14 +47,14 @@ from billiard_shot.calibration.samples import (
     usable_shots,
 )
 from billiard_shot.calibration.search import search_launches
-from billiard_shot.numerics.angles import wrapped
+from billiard_shot.numerics.vectors import wrapped
 from billiard_shot.planning.direct_shots import CentralStrikes, side_error
 from billiard_shot.planning.shots import shots, strikes_of
 from billiard_shot.scene import Bias, Noise, Scene
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.scene.player import A, AZIMUTH, ELEVATION, IN_DEGREES, SPEED
 from billiard_shot.shot.effects import model_of as strike_model_of
-from billiard_shot.table.table_states import TableStates
+from billiard_shot.table.run.states import TableStates
 
 UNITS = 'm', 'm', 'degrees', 'degrees', 'm/s'
 """Of the errors `IN_DEGREES`."""

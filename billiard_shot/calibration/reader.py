@@ -36,9 +36,8 @@ from billiard_shot.calibration.recording import (
     Track,
     with_sigma,
 )
-from billiard_shot.numerics.angles import wrapped
+from billiard_shot.numerics.vectors import wrapped
 from billiard_shot.scene import fields, Noise
-from billiard_shot.scene.checks import check, read
 from billiard_shot.scene.errors import (
     InputError,
     Mistake,
@@ -48,10 +47,10 @@ from billiard_shot.scene.errors import (
     refused,
     unknown,
 )
+from billiard_shot.scene.fields import check, read
+from billiard_shot.scene.files import read_document
 from billiard_shot.scene.player import A, AZIMUTH, B, IN_DEGREES
-from billiard_shot.scene.yaml_file import read_document
-from billiard_shot.shot.stroke import Stroke
-from billiard_shot.shot.stroke_file import stroke_from
+from billiard_shot.shot.stroke import Stroke, stroke_from
 
 MOST_BYTES = 2**28
 """Largest size of a file: some five million lines."""

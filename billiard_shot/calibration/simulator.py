@@ -9,12 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from billiard_shot.calibration.recording import RecordedShot, Recording, Track
-from billiard_shot.planning.limits import limits_of, raise_for_clearance
+from billiard_shot.planning.problem import limits_of, raise_for_clearance
 from billiard_shot.scene import Scene, SceneLike
 from billiard_shot.scene.errors import must_be
-from billiard_shot.scene.placement import CUE_BALL
-from billiard_shot.scene.rack import Place
-from billiard_shot.scene.values import as_floats, check_type, whole
+from billiard_shot.scene.fields import as_floats, check_type, whole
+from billiard_shot.scene.placement import CUE_BALL, Place
 from billiard_shot.shot.stroke import Stroke
 
 SHOTS = 40

@@ -17,9 +17,15 @@ import sys
 from typing import Any, NoReturn
 
 import billiard_shot
-from billiard_shot.cli.exit_codes import EXIT_CODES, FAILED, INTERRUPTED, WRONG_INPUT
 from billiard_shot.cli.files import check_files, PICTURES
-from billiard_shot.cli.output import discard_output, tolerant_output
+from billiard_shot.cli.output import (
+    discard_output,
+    EXIT_CODES,
+    FAILED,
+    INTERRUPTED,
+    tolerant_output,
+    WRONG_INPUT,
+)
 from billiard_shot.pictures.canvas import require_matplotlib
 from billiard_shot.scene.errors import must_be, must_be_one_of
 
@@ -30,7 +36,7 @@ COMMANDS = {  # and what each does
     'explore': 'write a scene as one HTML file: a table to play on, with chances and drills',
     'play': 'play one rack: agents against each other, or against a person in the terminal',
     'tournament': 'play many racks of a game between two players; count who wins and why',
-    'atlas': 'map the success probability of pots over the table',
+    'map': 'map the success probability of a pot over the places of the cue ball',
     'scene': 'list the bundled scenes, show a scene with its defaults, or check files',
     'compile': 'compile the library to machine code, once for each version',
     'calibrate': 'fit a scene to recorded shots of a table',

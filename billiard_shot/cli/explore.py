@@ -7,8 +7,7 @@ from functools import partial
 from pathlib import Path
 
 from billiard_shot import Scene
-from billiard_shot.cli.shots import add_scene_argument, scene_name
-from billiard_shot.cli.site import add_site_argument, site_of
+from billiard_shot.cli.shots import add_scene_argument, add_site_argument, scene_name, site_of
 from billiard_shot.pictures.view import page_of_scene, write_text
 
 PAGE = Path('table.html')

@@ -4,9 +4,7 @@ import argparse
 import json
 from pathlib import Path
 
-from billiard_shot.embed.c_scene import c_scene
-from billiard_shot.embed.core_files import copy_library, copy_module
-from billiard_shot.embed.page_scene import export_scene
+from billiard_shot.embed.scenes import c_scene, copy_library, copy_module, export_scene
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

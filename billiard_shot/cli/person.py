@@ -5,11 +5,9 @@ import math
 from typing import TypeVar
 
 from billiard_shot import Scene
-from billiard_shot.game.agent import scene_of
-from billiard_shot.game.call import Decision
-from billiard_shot.game.placing import listed_shots
-from billiard_shot.game.ruling import Ruling
-from billiard_shot.game.state import CHOICES, State
+from billiard_shot.game.rack import scene_of
+from billiard_shot.game.state import CHOICES, Decision, Ruling, State
+from billiard_shot.game.strokes import listed_shots
 from billiard_shot.game.typed import (
     PLACE_HELP,
     QUIT_WORDS,
@@ -19,7 +17,7 @@ from billiard_shot.game.typed import (
     read_shot,
     SHOT_HELP,
 )
-from billiard_shot.pictures.table_text import table_text
+from billiard_shot.pictures.rack import table_text
 from billiard_shot.shot.stroke import Stroke
 
 T = TypeVar('T')

@@ -11,33 +11,38 @@ from typing import Any
 
 import billiard_shot
 from billiard_shot import PlanResult, RankedStroke, save_shot, Scene
-from billiard_shot.cli.exit_codes import DONE, FAILED, INTERRUPTED
-from billiard_shot.cli.interrupts import interruptible
-from billiard_shot.cli.progress import reporting
-from billiard_shot.cli.search import add_search_arguments, selected_noise
-from billiard_shot.cli.shots import add_scene_argument, scene_name
-from billiard_shot.cli.text_table import (
+from billiard_shot.cli.output import (
     add_format_arguments,
     Column,
+    DONE,
+    FAILED,
+    INTERRUPTED,
+    interruptible,
     print_rows,
+    reporting,
     wants_text,
     WIDTH,
+)
+from billiard_shot.cli.shots import (
+    add_scene_argument,
+    add_search_arguments,
+    scene_name,
+    selected_noise,
 )
 from billiard_shot.cli.workers import add_work_arguments, working
 from billiard_shot.pictures.plan import draw_plan
 from billiard_shot.pictures.view import write_page
-from billiard_shot.planning.dispersion import sample_outcomes
-from billiard_shot.planning.in_hand import IN_HAND_PLACES
-from billiard_shot.planning.limits import BALL_CONSTRAINTS, limits_of
-from billiard_shot.planning.plan import USUAL_SECONDS
+from billiard_shot.planning.plan import IN_HAND_PLACES, USUAL_SECONDS
+from billiard_shot.planning.problem import BALL_CONSTRAINTS, limits_of
+from billiard_shot.planning.result import sample_outcomes
 from billiard_shot.planning.search import NORMAL_BUDGET
 from billiard_shot.planning.statistics import percent
 from billiard_shot.planning.targets import KINDS, target_of
 from billiard_shot.scene import Noise, Robot
+from billiard_shot.scene.fields import whole
 from billiard_shot.scene.player import OFFSETS
-from billiard_shot.scene.values import whole
 from billiard_shot.status import Status
-from billiard_shot.table.run import POCKET_NAMES
+from billiard_shot.table.run.results import POCKET_NAMES
 
 PICTURE_TRIALS = 400  # noisy executions in a picture
 LIMITS = {

@@ -9,24 +9,26 @@ import sys
 import tempfile
 
 from billiard_shot import Scene
-from billiard_shot.cli.exit_codes import DONE
+from billiard_shot.cli.output import DONE
 from billiard_shot.cli.person import Quit
 from billiard_shot.cli.tournament import add_game_arguments, find_own_modules
-from billiard_shot.game.game import find_game
-from billiard_shot.game.rack import MAX_SHOTS, play_on, replayed
-from billiard_shot.game.rack_record import RackRecord
-from billiard_shot.game.tournament import (
+from billiard_shot.game.rack import (
     agent_names,
     agents_of,
     check_pairing,
     first_record,
+    MAX_SHOTS,
     Pairing,
+    play_on,
+    RackRecord,
+    replayed,
 )
+from billiard_shot.game.state import find_game
 from billiard_shot.pictures.rack import write_rack
 from billiard_shot.pictures.view import open_page
 from billiard_shot.scene.errors import refused
-from billiard_shot.scene.values import whole
-from billiard_shot.table.words import plural
+from billiard_shot.scene.fields import whole
+from billiard_shot.table.run.results import plural
 
 PERSON = 'person'
 

@@ -8,18 +8,18 @@ import sys
 from typing import Any
 
 from billiard_shot import effects_of, save_shot, Shot
+from billiard_shot.cli.output import add_format_arguments, print_csv
 from billiard_shot.cli.shots import add_shot_arguments, of_each, shots_of, title_of
-from billiard_shot.cli.text_table import add_format_arguments, print_csv
+from billiard_shot.pictures.collision import draw_strike
 from billiard_shot.pictures.history import draw_history
-from billiard_shot.pictures.strike import draw_strike
 from billiard_shot.pictures.table import draw_shot
 from billiard_shot.pictures.trails import trails_of
-from billiard_shot.planning.explain import why_missed
+from billiard_shot.planning.result import why_missed
 from billiard_shot.scene.errors import must_be_one_of
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.scene.player import OFFSETS
-from billiard_shot.shot.story import wrapped_fact
-from billiard_shot.table.run import POCKET_NAMES
+from billiard_shot.shot.shot import wrapped_fact
+from billiard_shot.table.run.results import POCKET_NAMES
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -6,8 +6,8 @@ import sys
 import yaml
 
 from billiard_shot import Scene
-from billiard_shot.cli.text_table import table
-from billiard_shot.scene.bundled import scene_names, scene_path
+from billiard_shot.cli.output import table
+from billiard_shot.scene.files import scene_names, scene_path
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -1,22 +1,24 @@
-"""Scenes, strokes and shots on the command line, the same for all commands."""
+"""Scenes, strokes, shots and searches on the command line, the same for all commands."""
 
 import argparse
 from functools import partial
 import math
 from pathlib import Path
 import sys
+from urllib.parse import urlsplit
 
-from billiard_shot import load_shot, lowest_elevation, predict, Scene, Shot, Stroke
-from billiard_shot.cli.workers import add_work_arguments, mapped
-from billiard_shot.scene.bundled import scene_names
-from billiard_shot.scene.yaml_file import read_yaml
-from billiard_shot.shot.accuracy import DEFAULT_SHOT_TOLERANCE
-from billiard_shot.shot.stroke_options import (
+from billiard_shot import load_shot, lowest_elevation, predict, Shot, Stroke
+from billiard_shot.cli.stroke_options import (
     add_aim_arguments,
     add_stroke_arguments,
     strokes_from_options,
     strokes_given,
 )
+from billiard_shot.cli.workers import add_work_arguments, mapped
+from billiard_shot.planning.within_noise import NOISES
+from billiard_shot.scene import Noise, Scene
+from billiard_shot.scene.files import read_yaml, scene_names
+from billiard_shot.shot.play import DEFAULT_SHOT_TOLERANCE
 
 
 def add_scene_argument(
@@ -121,3 +123,68 @@ def of_each(path: Path, name: str, shots: dict[str, Shot]) -> Path:
 def title_of(name: str, text: str, shots: dict[str, Shot]) -> str:
     """Text about a shot, with the name of its stroke if there are several."""
     return text if len(shots) == 1 else f'stroke {name}: {text}'
+
+
+def add_search_arguments(parser: argparse.ArgumentParser, budget: int, of_what: str) -> None:
+    """
+    Add options for noise, budget and seed.
+
+    `budget` is the default; `of_what` completes its help text.
+    """
+    search = parser.add_argument_group('search')
+    search.add_argument(
+        '--noise',
+        metavar='NAME',
+        choices=[*NOISES],
+        help=f'execution noise: {", ".join(NOISES)} (default: that of the scene)',
+    )
+    search.add_argument(
+        '--noise-scale',
+        type=float,
+        default=1.0,
+        metavar='FACTOR',
+        help='factor on the noise (default: %(default)g)',
+    )
+    search.add_argument(
+        '--budget',
+        type=int,
+        default=budget,
+        metavar='N',
+        help=f'largest number of simulated strokes{of_what} (default: {budget})',
+    )
+    search.add_argument(
+        '--seed',
+        type=int,
+        default=1,
+        metavar='N',
+        help='seed of all random numbers (default: %(default)d)',
+    )
+
+
+def selected_noise(options: argparse.Namespace, scene: Scene) -> Noise:
+    """Select the execution noise; ValueError if an option is invalid."""
+    if not 0.0 <= options.noise_scale < math.inf:
+        raise ValueError(f'--noise-scale must be at least 0, got {options.noise_scale!r}')
+    noise = NOISES[options.noise] if options.noise else scene.noise
+    return noise.times(options.noise_scale)
+
+
+def add_site_argument(parser: argparse.ArgumentParser) -> None:
+    """Add the option."""
+    parser.add_argument(
+        '--site',
+        default='',
+        metavar='URL',
+        help='address at which the page is to be published: the links that it shares lead there '
+        '(default: to where the page is)',
+    )
+
+
+def site_of(options: argparse.Namespace) -> str:
+    """Return the address; ValueError if it is not one of a page on the web."""
+    parts = urlsplit(options.site)
+    if options.site and not (parts.scheme in ('http', 'https') and parts.netloc):
+        raise ValueError(
+            f'--site must be an address, such as https://host/table.html, got {options.site!r}'
+        )
+    return parts._replace(fragment='').geturl()

@@ -8,21 +8,20 @@ import sys
 from typing import Any
 
 from billiard_shot import Scene
-from billiard_shot.cli.exit_codes import DONE, INTERRUPTED
-from billiard_shot.cli.progress import progress
+from billiard_shot.cli.output import DONE, INTERRUPTED, progress
 from billiard_shot.cli.workers import add_work_arguments, working
-from billiard_shot.game.game import find_game, game_names
-from billiard_shot.game.rack_record import RackRecord
-from billiard_shot.game.tournament import (
+from billiard_shot.game.rack import (
     agent_names,
     check_pairing,
     Pairing,
     play_racks,
+    RackRecord,
     summary,
 )
+from billiard_shot.game.state import find_game, game_names
 from billiard_shot.planning.statistics import interval_in_words
 from billiard_shot.scene.errors import must_be
-from billiard_shot.scene.values import whole
+from billiard_shot.scene.fields import whole
 
 RACKS, QUICK = 100, 10
 

@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 
 from billiard_shot.cue.mechanism import Mechanism
-from billiard_shot.cue.urdf import urdf_of
+from billiard_shot.cue.model import urdf_of
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -4,9 +4,16 @@ import argparse
 from pathlib import Path
 import sys
 
-from billiard_shot.cli.progress import reporting
-from billiard_shot.cli.shots import add_shot_arguments, of_each, scene_name, shots_of, title_of
-from billiard_shot.cli.site import add_site_argument, site_of
+from billiard_shot.cli.output import reporting
+from billiard_shot.cli.shots import (
+    add_shot_arguments,
+    add_site_argument,
+    of_each,
+    scene_name,
+    shots_of,
+    site_of,
+    title_of,
+)
 from billiard_shot.pictures.video import image_times, require_encoder, write_video
 from billiard_shot.pictures.view import write_page
 

@@ -131,8 +131,7 @@ def build(folder: Path, targets: list[str]) -> None:
         description, code = machine_code.description_of(captured), captured.read_bytes()
     else:
         from billiard_shot.compiler.capture import capture
-        from billiard_shot.compiler.description import describe
-        from billiard_shot.compiler.header import header_of
+        from billiard_shot.compiler.description import describe, header_of
 
         entries = [resolve_name(name) for name in ENTRIES]
         description, code = describe(entries), capture(entries)

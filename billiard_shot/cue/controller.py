@@ -14,15 +14,25 @@ import math
 
 import numpy as np
 
-from billiard_shot.cue.clock import ClockWatch
-from billiard_shot.cue.execution import Command, Execution, Result, Settings
-from billiard_shot.cue.goals import check_goal, check_stamp
-from billiard_shot.cue.inputs import HeartbeatInput
+from billiard_shot.cue.execution import (
+    Command,
+    Execution,
+    MeasuredStrike,
+    Result,
+    Settings,
+    StrikeDetector,
+)
+from billiard_shot.cue.inputs import check_goal, check_stamp, ClockWatch, HeartbeatInput
 from billiard_shot.cue.joint_trajectory import JointTrajectory
-from billiard_shot.cue.measurement import MeasuredStrike, StrikeDetector
 from billiard_shot.cue.mechanism import INCLINE, JOINTS, Mechanism, STROKE, UNITS
-from billiard_shot.cue.outcome import GoalOutcome, RefusedError
-from billiard_shot.cue.plan import aim_trajectory, hidden_balls, prepare_shot, ShotPlan
+from billiard_shot.cue.plan import (
+    aim_trajectory,
+    GoalOutcome,
+    hidden_balls,
+    prepare_shot,
+    RefusedError,
+    ShotPlan,
+)
 from billiard_shot.cue.safety import (
     BEFORE_STROKE,
     Condition,
@@ -33,9 +43,8 @@ from billiard_shot.cue.safety import (
     SafetyEvent,
     SafetyState,
 )
-from billiard_shot.perception.heartbeat import Heartbeat
 from billiard_shot.perception.sightings import Balls
-from billiard_shot.perception.table_watch import TableWatch
+from billiard_shot.perception.table_watch import Heartbeat, TableWatch
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene
 from billiard_shot.scene.errors import must_be

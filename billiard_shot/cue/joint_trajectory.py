@@ -1,10 +1,4 @@
-"""
-Joint trajectories: knots, with constant jerk between them.
-
-A controller that interpolates positions, velocities and accelerations between the knots (as the
-joint_trajectory_controller of ros2_control does, with quintic splines) follows such a trajectory
-exactly.
-"""
+"""Trajectories of joints with constant jerk between knots; the stroke; a safe beginning."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,6 +6,7 @@ import math
 
 import numpy as np
 
+from billiard_shot.cue.mechanism import BASE_Z, check_range, Mechanism, raise_violations, STROKE
 from billiard_shot.records import Array
 
 MIN_MOVE_TIME = 1e-6  # s: shorter moves are left out; times in messages are whole nanoseconds
@@ -148,3 +143,232 @@ def ramp_times(change: float, acceleration: float, jerk: float) -> tuple[float, 
         return math.sqrt(change / jerk), 0.0
     rise = acceleration / jerk
     return rise, change / acceleration - rise
+
+
+MIN_BRAKE_TIME = 0.02
+"""Shortest brake [s]; a controller should receive no points that are closer together."""
+
+PEAK = 1.5
+"""Largest deceleration of `braked`, relative to the mean deceleration."""
+
+
+def excerpt(trajectory: JointTrajectory, end: float, accelerations: Array) -> JointTrajectory:
+    """
+    Follow a trajectory until the time `end` [s], and then brake.
+
+    Parameters
+    ----------
+    trajectory : JointTrajectory
+    end : float
+    accelerations : (n,) float array
+        Largest decelerations in the brake [m/s^2, rad/s^2].
+
+    Returns
+    -------
+    JointTrajectory
+        The whole trajectory if it ends earlier. The brake takes quintic interpolation, as the
+        joint_trajectory_controller of ros2_control has it: its velocity is a cubic polynomial.
+
+    """
+    if end >= trajectory.duration:
+        return trajectory
+    position, velocity, acceleration = trajectory.at(end)
+    time, target = braked(position, velocity, acceleration, accelerations)
+    kept = trajectory.times < end
+    still = np.zeros_like(target)
+
+    def rows(before: Array, at_end: Array, after: Array) -> Array:
+        return np.vstack([before[kept], at_end, after])
+
+    return JointTrajectory(
+        np.append(trajectory.times[kept], (end, end + time)),
+        rows(trajectory.positions, position, target),
+        rows(trajectory.velocities, velocity, still),
+        rows(trajectory.accelerations, acceleration, still),
+    )
+
+
+def braked(
+    position: Array, velocity: Array, acceleration: Array, limits: Array
+) -> tuple[float, Array]:
+    """
+    Find the time [s] in which joints (n,) come to rest, and where.
+
+    The velocity falls as a cubic polynomial, with the given `acceleration` at its beginning.
+    """
+    time = max(float((PEAK * np.abs(velocity) / limits).max()), MIN_BRAKE_TIME)
+    return time, position + velocity * time / 2.0 + acceleration * time**2 / 12.0
+
+
+MIN_BRAKED_SPEED = 1e-6  # m/s: a slower cue is not braked
+
+
+@dataclass(frozen=True, slots=True)
+class StrokeProfile:
+    """
+    The stroke as numbers: speeds in m/s, positions of the joint `stroke` in m.
+
+    The cue meets the ball at `contact_at`, the ball leaves and the brake starts at `leave_at`, and
+    the cue stops at `stop_at`.
+    """
+
+    mechanism: Mechanism
+    speed: float
+    speed_after: float  # as the ball leaves; negative if the cue recoils
+    contact_time: float  # s, for which the drive releases the cue
+    acceleration: float  # m/s^2, before the contact
+    deceleration: float  # m/s^2, of the brake
+
+    @property
+    def steady_way(self) -> float:
+        """Distance at constant speed before the cue meets the ball."""
+        return self.speed * self.mechanism.steady_time
+
+    @property
+    def contact_at(self) -> float:
+        """Position at which the cue meets the ball: the length of the run-up."""
+        return self._way(0.0, self.speed, self.acceleration) + self.steady_way
+
+    @property
+    def leave_at(self) -> float:
+        """Position at which the ball leaves the cue."""
+        mean = 0.5 * (self.speed + self.speed_after)
+        return self.contact_at + mean * self.contact_time
+
+    @property
+    def stop_at(self) -> float:
+        """Position at which the cue stops."""
+        return self.leave_at + self._way(self.speed_after, 0.0, self.deceleration)
+
+    @property
+    def worst_case_stop(self) -> float:
+        """Position at which the cue stops if there is no ball to slow it down."""
+        through = self.contact_at + self.speed * self.contact_time
+        return max(through + self._way(self.speed, 0.0, self.deceleration), self.stop_at)
+
+    def _way(self, before: float, after: float, acceleration: float) -> float:
+        rise, hold = ramp_times(after - before, acceleration, self.mechanism.stroke.jerk)
+        return 0.5 * (before + after) * (2 * rise + hold)
+
+
+def stroke_profile(
+    mechanism: Mechanism,
+    mass: float,
+    gravity: float,
+    elevation: float,
+    speed: float,
+    speed_after: float,
+    touch_time: float,
+    clearance: float,
+) -> StrokeProfile:
+    """
+    Find the shortest stroke of a given speed within the limits of acceleration, jerk and force.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    mass : float
+        Mass of the cue [kg].
+    gravity : float
+        [m/s^2]; it accelerates a stroke that points down, and works against the brake.
+    elevation : float
+        [rad]
+    speed, speed_after : float
+        Speeds of the cue as it meets the ball and as the ball leaves [m/s]; the latter is negative
+        if the cue recoils.
+    touch_time : float
+        For how long the tip will touch the ball [s]; the drive releases the cue for that long, or
+        for the mechanism's `contact_time` if that is longer.
+    clearance : float
+        Distance that the cue can move after meeting the ball before it touches the cloth [m].
+
+    Raises
+    ------
+    LimitError
+        With all violated limits: speed, force, travel, cloth.
+
+    """
+    drive = mechanism.stroke
+    raise_violations(check_range('stroke.speed', speed, mechanism.min_speed, drive.speed, 'm/s'))
+    weight = mass * gravity * math.sin(elevation)
+    # a drive that only holds the cue could not brake it
+    strongest = math.nextafter(mechanism.max_force, 0.0)
+    raise_violations(
+        check_range('force', weight, -math.inf, strongest, 'N', 'weight along the stroke')
+    )
+    deceleration = min(drive.acceleration, (mechanism.max_force - weight) / mass)
+    acceleration = min(drive.acceleration, (mechanism.max_force + weight) / mass)
+    if abs(speed_after) <= MIN_BRAKED_SPEED:
+        speed_after = 0.0
+    contact_time = max(mechanism.contact_time, touch_time)
+    profile = StrokeProfile(
+        mechanism, speed, speed_after, contact_time, acceleration, deceleration
+    )
+    why = (
+        f'braking from {speed:.3g} m/s at {deceleration:.3g} m/s^2, limited by '
+        f'{"stroke.acceleration" if deceleration == drive.acceleration else "max_force"}'
+    )
+    raise_violations(
+        [
+            *check_range('travel', profile.worst_case_stop, 0.0, drive.max, 'm', why),
+            *check_range(
+                'travel',
+                min(profile.stop_at, profile.leave_at),
+                0.0,
+                drive.max,
+                'm',
+                'the cue recoils',
+            ),
+            *check_range(
+                'cloth', profile.worst_case_stop - profile.contact_at, 0.0, clearance, 'm', why
+            ),
+        ]
+    )
+    return profile
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StrokeTrajectory:
+    """Trajectory of all joints for a stroke; times in s from its start."""
+
+    trajectory: JointTrajectory
+    contact: float  # the cue meets the ball
+    leave: float  # the ball leaves the cue, the brake starts
+    stop: float  # the cue has stopped
+    home: float  # the cue is drawn back fully; after that it is raised off the table
+
+
+def stroke_trajectory(profile: StrokeProfile, start: Array, raised: float) -> StrokeTrajectory:
+    """
+    Build the trajectory: accelerate, hold the speed, meet the ball, brake, draw back, rise.
+
+    Parameters
+    ----------
+    profile : StrokeProfile
+    start : (6,) float array
+        Joints, aimed and drawn back.
+    raised : float
+        Height of the pivot at the end [m].
+
+    """
+    mechanism, stroke = profile.mechanism, np.eye(len(start))[STROKE]
+    jerk = mechanism.stroke.jerk
+    builder = TrajectoryBuilder(start)
+    builder.ramp(profile.speed * stroke, *ramp_times(profile.speed, profile.acceleration, jerk))
+    builder.piece(mechanism.steady_time, 0.0 * stroke)
+    contact = builder.time
+    change = profile.speed_after - profile.speed
+    builder.ramp(change * stroke, 0.5 * profile.contact_time, 0.0)
+    leave = builder.time
+    if profile.speed_after != 0.0:
+        brake = ramp_times(profile.speed_after, profile.deceleration, jerk)
+        builder.ramp(-profile.speed_after * stroke, *brake)
+    stop = builder.time
+    accelerations = np.where(stroke > 0.0, profile.deceleration, mechanism.accelerations)
+    target = builder.position.copy()
+    target[STROKE] = start[STROKE]
+    builder.move(target, mechanism.speeds, accelerations, mechanism.jerks)
+    home = builder.time
+    target[BASE_Z] = raised
+    builder.move(target, mechanism.speeds, accelerations, mechanism.jerks)
+    return StrokeTrajectory(builder.trajectory(), contact, leave, stop, home)

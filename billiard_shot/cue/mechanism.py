@@ -1,26 +1,316 @@
-"""The mechanical cue: its geometry and the limits of its joints, with units and ranges."""
+"""The mechanical cue: its geometry, its parts, and the limits of its joints."""
 
 # ruff: noqa: RUF009 (the calls in class bodies make fields, as dataclasses.field does)
+
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+import dataclasses
 from dataclasses import dataclass, replace
 from functools import cached_property
 import math
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.cue.alignment import Alignment
-from billiard_shot.cue.incline import Incline
-from billiard_shot.cue.parts import Parts, section_of
-from billiard_shot.scene.checks import check, read
+from billiard_shot.records import Array
 from billiard_shot.scene.errors import InputError, Mistake
-from billiard_shot.scene.fields import number, section
+from billiard_shot.scene.fields import check, number, read, section
+from billiard_shot.scene.files import read_document
 from billiard_shot.scene.player import Robot
-from billiard_shot.scene.yaml_file import read_document
+from billiard_shot.shot.stroke import axes
+
+
+class LimitViolation(NamedTuple):
+    """A violated limit, such as `stroke.speed`, and a text that says by how much."""
+
+    limit: str
+    text: str
+
+
+class LimitError(ValueError):
+    """A request that the mechanism cannot fulfil; `violations` lists all violated limits."""
+
+    def __init__(self, violations: Iterable[LimitViolation]) -> None:
+        self.violations = tuple(violations)
+        super().__init__('; '.join(each.text for each in self.violations))
+
+
+def check_range(
+    limit: str, value: float, low: float, high: float, unit: str, reason: str = ''
+) -> list[LimitViolation]:
+    """
+    Return a list of one violation if a value is outside [low, high]; else an empty list.
+
+    `reason` says where the value or the limit comes from, if that is not obvious.
+    """
+    if low <= value <= high:
+        return []
+    side, allowed = ('above', high) if value > high else ('below', low)
+    text = (
+        f'{limit}: {value:.4g} {unit} is {abs(value - allowed):.3g} {unit} {side} the limit of '
+        f'{allowed:.4g} {unit}'
+    )
+    return [LimitViolation(limit, f'{text} ({reason})' if reason else text)]
+
+
+def raise_violations(violations: Iterable[LimitViolation]) -> None:
+    """Raise a `LimitError` if there are any violations."""
+    if found := tuple(violations):
+        raise LimitError(found)
+
+
+BOUNDS = {
+    'machine_x': 0.05,
+    'machine_y': 0.05,
+    'machine_angle_deg': 3.0,
+    'tip_right': 0.05,
+    'tip_up': 0.05,
+    'speed_scale': 0.1,
+    'speed_bias': 0.1,
+    'elevation_scale': 0.1,
+    'elevation_bias_deg': 3.0,
+}
+"""Largest differences of plausible numbers from those of an exact machine, in their units."""
+
+
+@dataclass(frozen=True, slots=True)
+class Alignment:
+    """
+    Differences between the mechanism and its encoders; without any, both agree.
+
+    Parameters
+    ----------
+    machine_x, machine_y : float
+        Place on the table of the origin of the joints [m].
+    machine_angle_deg : float
+        Direction on the table of the joint base_x, counter-clockwise [degrees].
+    tip_right, tip_up : float
+        How far the tip is beside its joints' position, as seen along the stroke [m].
+    speed_scale : float
+        Speed of the cue per speed of its encoder, above 0.
+    speed_bias : float
+        Speed of the cue if its encoder says 0 [m/s].
+    elevation_scale : float
+        Elevation of the cue per elevation of its encoder, above 0.
+    elevation_bias_deg : float
+        Elevation of the cue if its encoder says 0 [degrees].
+
+    """
+
+    machine_x: float = number('m', minimum=-0.5, maximum=0.5, default=0.0)
+    machine_y: float = number('m', minimum=-0.5, maximum=0.5, default=0.0)
+    machine_angle_deg: float = number('degrees', minimum=-45, maximum=45, default=0.0)
+    tip_right: float = number('m', minimum=-0.1, maximum=0.1, default=0.0)
+    tip_up: float = number('m', minimum=-0.1, maximum=0.1, default=0.0)
+    speed_scale: float = number('', minimum=0.5, maximum=2.0, default=1.0)
+    speed_bias: float = number('m/s', minimum=-1.0, maximum=1.0, default=0.0)
+    elevation_scale: float = number('', minimum=0.5, maximum=2.0, default=1.0)
+    elevation_bias_deg: float = number('degrees', minimum=-45, maximum=45, default=0.0)
+
+    def __post_init__(self) -> None:
+        check(self)
+
+    def on_table(
+        self, position: Array, azimuth: float, elevation: float
+    ) -> tuple[Array, float, float]:
+        """Return the pose of the tip for position (3,) [m] and angles [rad] of the encoders."""
+        azimuth += math.radians(self.machine_angle_deg)
+        elevation = self.elevation(elevation)
+        return self._turn @ position + self._beside(azimuth, elevation), azimuth, elevation
+
+    def by_encoders(
+        self, position: Array, azimuth: float, elevation: float
+    ) -> tuple[Array, float, float]:
+        """Return position (3,) [m] and angles [rad] of the encoders for a pose of the tip."""
+        position = self._turn.T @ (position - self._beside(azimuth, elevation))
+        azimuth -= math.radians(self.machine_angle_deg)
+        elevation = (elevation - math.radians(self.elevation_bias_deg)) / self.elevation_scale
+        return position, azimuth, elevation
+
+    def elevation(self, encoder: float) -> float:
+        """Return the elevation of the cue for that of its encoder [rad]."""
+        return self.elevation_scale * encoder + math.radians(self.elevation_bias_deg)
+
+    def speed(self, encoder: float) -> float:
+        """Return the speed of the cue for that of its encoder [m/s]."""
+        return self.speed_scale * encoder + self.speed_bias
+
+    def encoder_speed(self, speed: float) -> float:
+        """Return the speed of the encoder for that of the cue [m/s]."""
+        return (speed - self.speed_bias) / self.speed_scale
+
+    def check_plausible(self, limit: float) -> None:
+        """Raise ValueError with each number that differs by more than `limit` times its bound."""
+        wrong = [
+            f'alignment.{name} must be from {exact - limit * BOUNDS[name]:g} to '
+            f'{exact + limit * BOUNDS[name]:g}, got {value:g}'
+            for name, (value, exact) in self._differences().items()
+            if abs(value - exact) > limit * BOUNDS[name] * (1.0 + 1e-9)
+        ]
+        if wrong:
+            raise ValueError(
+                f'{"; ".join(wrong)}; the parameter alignment_limit widens the ranges'
+            )
+
+    def __str__(self) -> str:
+        differences = self._differences().items()
+        return ', '.join(f'{name} {value:g}' for name, (value, _) in differences) or 'exact'
+
+    def _differences(self) -> dict[str, tuple[float, float]]:
+        """Numbers that differ from those of an exact machine, and the latter."""
+        numbers = {name: (getattr(self, name), getattr(EXACT, name)) for name in BOUNDS}
+        return {name: each for name, each in numbers.items() if each[0] != each[1]}
+
+    @property
+    def _turn(self) -> Array:
+        angle = math.radians(self.machine_angle_deg)
+        cosine, sine = math.cos(angle), math.sin(angle)
+        return np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+
+    def _beside(self, azimuth: float, elevation: float) -> NDArray[np.float64]:
+        """Vector from the turned position of the encoders to the tip (3,) [m]."""
+        right, up, _ = np.array(axes(elevation, azimuth))
+        return (
+            np.array([self.machine_x, self.machine_y, 0.0])
+            + self.tip_right * right
+            + self.tip_up * up
+        )
+
+
+EXACT = Alignment()
+"""The alignment of a machine that stands and measures as its encoders say."""
+
+
+@dataclass(frozen=True, slots=True)
+class Incline:
+    """
+    The triangle of the incline.
+
+    Parameters
+    ----------
+    base, arm : float
+        Distances from the pivot to the foot and to the head of the actuator [m], above 0.
+    level_angle : float
+        Angle between base and arm when the cue is level [rad], above 0.
+
+    """
+
+    base: float = number('m', above=0, default=0.5)
+    arm: float = number('m', above=0, default=0.3)
+    level_angle: float = number('rad', above=0, maximum=math.pi, default=1.0)
+
+    def __post_init__(self) -> None:
+        check(self)
+
+    def length(self, elevation: float) -> float:
+        """
+        Length of the actuator [m] for an elevation [rad].
+
+        This is the law of cosines as a sum of squares, which is accurate at small angles too.
+        """
+        half_chord = math.sqrt(self.base * self.arm) * math.sin(
+            0.5 * (elevation + self.level_angle)
+        )
+        return math.hypot(self.base - self.arm, 2 * half_chord)
+
+    def elevation(self, length: float) -> float:
+        """
+        Elevation of the cue [rad] for a length of the actuator [m].
+
+        This is the half-angle form of the law of cosines, which is accurate for flat triangles
+        too (W. Kahan, "Miscalculating area and angles of a needle-like triangle", 2014).
+
+        Raises
+        ------
+        LimitError
+            If the sides do not make a triangle.
+
+        """
+        low, high = self.sides
+        raise_violations(check_range('incline', length, low, high, 'm', 'sides of the triangle'))
+        short = math.sqrt((length - low) * (length + low))
+        long = math.sqrt((high - length) * (high + length))
+        return 2 * math.atan2(short, long) - self.level_angle
+
+    def length_per_elevation(self, length: float) -> float:
+        """Rate of change of the actuator's length with the elevation, at a length [m/rad]."""
+        angle = self.elevation(length) + self.level_angle
+        return self.base * self.arm * math.sin(angle) / length
+
+    @property
+    def sides(self) -> tuple[float, float]:
+        """Lengths of the actuator at which the triangle is flat [m]."""
+        return abs(self.base - self.arm), self.base + self.arm
+
+
+@dataclass(frozen=True, slots=True)
+class MovingPart:
+    """One moving part, as a box of uniform density."""
+
+    mass: float = number('kg', above=0)
+    length: float = number('m', above=0)  # along the axis x of the part's frame
+    width: float = number('m', above=0)  # along y
+    height: float = number('m', above=0)  # along z
+
+    def __post_init__(self) -> None:
+        check(self)
+
+    @property
+    def size(self) -> NDArray[np.float64]:
+        """Length, width and height (3,) [m]."""
+        return np.array([self.length, self.width, self.height])
+
+    @property
+    def inertia(self) -> NDArray[np.float64]:
+        """Moments of inertia about the axes through its centre (3,) [kg m^2]."""
+        squares = self.size**2
+        moments: NDArray[np.float64] = self.mass / 12 * (np.roll(squares, 1) + np.roll(squares, 2))
+        return moments
+
+
+def section_of(kind: Any, *numbers: float) -> Any:
+    """Section whose default has these numbers."""
+    return dataclasses.field(
+        default_factory=lambda: kind(*numbers), metadata=section(kind).metadata
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Parts:
+    """
+    The moving parts, each named after the joint that moves it.
+
+    Parameters
+    ----------
+    base_x : MovingPart
+        The bridge across the table, above the trolley.
+    base_y : MovingPart
+        The trolley on the bridge, above the highest position of the pivot.
+    base_z : MovingPart
+        The column through the trolley, with the turntable at its lower end.
+    azimuth : MovingPart
+        The turntable, centred on the pivot.
+    incline : MovingPart
+        The box with the linear bearings and the drive of the stroke. The cue lies in its lower
+        side, because a box around a level cue would touch the cloth.
+    stroke : MovingPart
+        The cue, which ends at the tip.
+
+    """
+
+    base_x: MovingPart = section_of(MovingPart, 60.0, 0.2, 4.2, 0.2)
+    base_y: MovingPart = section_of(MovingPart, 15.0, 0.3, 0.3, 0.15)
+    base_z: MovingPart = section_of(MovingPart, 10.0, 0.1, 0.1, 1.3)
+    azimuth: MovingPart = section_of(MovingPart, 3.0, 0.2, 0.2, 0.04)
+    incline: MovingPart = section_of(MovingPart, 6.0, 0.5, 0.1, 0.1)
+    stroke: MovingPart = section_of(MovingPart, 0.5018, 1.0, 0.02, 0.02)
+
+    def __post_init__(self) -> None:
+        check(self)
+
 
 JOINTS = ('base_x', 'base_y', 'base_z', 'azimuth', 'incline', 'stroke')
 """

@@ -1,26 +1,115 @@
-"""
-The mechanical cue as a chain of frames, from which its URDF and its transforms are made.
+"""Kinematics of the mechanical cue, and models of it: a chain of frames, and its URDF."""
 
-Each frame is connected to the one before it by a joint: `table`, `machine` (fixed, where the
-alignment has it), the bridge (`base_x`), the trolley (`base_y`), `base_link` at the pivot
-(`base_z`), the turntable (`azimuth`), the incline, and the cue (`stroke`). The tip is fixed to
-the cue, where the alignment has it, with +x along the stroke. The incline turns about its pivot by
-the elevation of the cue. The length of its actuator, the joint `incline`, is not part of the
-chain, because the actuator closes a kinematic loop. It moves a frame of its own,
-`incline_actuator`, which carries nothing.
-"""
-
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 import math
+import xml.etree.ElementTree as ET
 
 import numpy as np
 
-from billiard_shot.cue.mechanism import INCLINE, JOINTS, Mechanism, STROKE
-from billiard_shot.cue.parts import MovingPart
+from billiard_shot.cue.mechanism import (
+    AZIMUTH_JOINT,
+    BASE_X,
+    BASE_Y,
+    BASE_Z,
+    check_range,
+    INCLINE,
+    JOINTS,
+    Mechanism,
+    min_travel_height,
+    MovingPart,
+    raise_violations,
+    STROKE,
+    UNITS,
+)
 from billiard_shot.records import Array, Triple
 from billiard_shot.scene.equipment import STANDARD_GRAVITY
-from billiard_shot.shot.stroke_vectors import axes
+from billiard_shot.shot.stroke import axes
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TipPose:
+    """Pose of the cue's tip in the frame `table`."""
+
+    position: Array  # (3,) m
+    azimuth: float  # of the stroke, rad
+    elevation: float  # of the stroke, rad; a positive one points down
+
+    @property
+    def along(self) -> Array:
+        """Unit vector along the stroke (3,)."""
+        return np.array(axes(self.elevation, self.azimuth)[2])
+
+    @property
+    def quaternion(self) -> tuple[float, float, float, float]:
+        """Orientation of the tip frame, x y z w: +x along the stroke, +y level."""
+        yaw, pitch = self.azimuth / 2, self.elevation / 2
+        return (
+            -math.sin(yaw) * math.sin(pitch),
+            math.cos(yaw) * math.sin(pitch),
+            math.sin(yaw) * math.cos(pitch),
+            math.cos(yaw) * math.cos(pitch),
+        )
+
+
+def inverse_kinematics(mechanism: Mechanism, contact: TipPose, stroke: float) -> Array:
+    """
+    Find the joints (6,) that bring the tip to `contact` with the joint `stroke` at `stroke` [m].
+
+    Raises
+    ------
+    LimitError
+        With every joint that would be out of its range, and the elevation if it would be.
+
+    """
+    joints = np.empty(len(JOINTS))
+    pose = pose_by_encoders(mechanism, contact)
+    _, up, along = np.array(axes(pose.elevation, pose.azimuth))
+    joints[:AZIMUTH_JOINT] = (
+        pose.position - (mechanism.reach + stroke) * along + mechanism.axis_drop * up
+    )
+    joints[AZIMUTH_JOINT] = math.remainder(pose.azimuth, 2 * math.pi)
+    joints[INCLINE] = mechanism.incline_geometry.length(pose.elevation)
+    joints[STROKE] = stroke
+    violations = check_range('elevation', contact.elevation, *mechanism.elevations, 'rad')
+    for name, value, axis, unit in zip(JOINTS, joints, mechanism.axes, UNITS, strict=True):
+        violations += check_range(name, float(value), axis.min, axis.max, unit)
+    raise_violations(violations)
+    return joints
+
+
+def forward_kinematics(mechanism: Mechanism, joints: Sequence[float] | Array) -> TipPose:
+    """Find the pose of the tip for joints (6,), aligned as the mechanism says."""
+    elevation = mechanism.incline_geometry.elevation(float(joints[INCLINE]))
+    azimuth = float(joints[AZIMUTH_JOINT])
+    _, up, along = np.array(axes(elevation, azimuth))
+    pivot = np.array([joints[BASE_X], joints[BASE_Y], joints[BASE_Z]])
+    position = pivot - mechanism.axis_drop * up + (mechanism.reach + joints[STROKE]) * along
+    return TipPose(*mechanism.alignment.on_table(position, azimuth, elevation))
+
+
+def pose_by_encoders(mechanism: Mechanism, tip: TipPose) -> TipPose:
+    """Find where the tip would be without the alignment, for the joints of a pose."""
+    return TipPose(*mechanism.alignment.by_encoders(tip.position, tip.azimuth, tip.elevation))
+
+
+def travel_pivot_height(mechanism: Mechanism, *heights: float) -> float:
+    """
+    Find the height of the pivot [m] for travel between positions of these pivot heights [m].
+
+    At this height the tip of the drawn-back cue is above `travel_height`, whatever the elevation.
+    """
+    return min(max(min_travel_height(mechanism), *heights), mechanism.base_z.max)
+
+
+def home(mechanism: Mechanism) -> Array:
+    """Joints (6,) of a mechanism at rest above the centre of the table, at the travel height."""
+    low, high = np.array([(axis.min, axis.max) for axis in mechanism.axes]).T
+    joints = np.clip(0.0, low, high)
+    joints[BASE_Z] = travel_pivot_height(mechanism, mechanism.base_z.min)
+    joints[INCLINE] = 0.5 * (low + high)[INCLINE]
+    return joints
+
 
 FRAMES = ('bridge', 'trolley', 'base_link', 'turntable', 'incline', 'cue')
 """Frames that the joints of `JOINTS` move, in their order."""
@@ -223,3 +312,83 @@ def _effort(mechanism: Mechanism, number: int, acceleration: float) -> float:
         return float(mass * (acceleration + gravity))
     far = math.hypot(mechanism.reach + mechanism.stroke.max, mechanism.axis_drop)
     return float(mass * far * (far * acceleration + gravity))
+
+
+def urdf_of(
+    mechanism: Mechanism,
+    frame: str = 'table',
+    names: Sequence[str] = JOINTS,
+    hardware: str = 'mock_components/GenericSystem',
+) -> str:
+    """
+    Return the URDF of a mechanism on a table.
+
+    Parameters
+    ----------
+    mechanism, frame, names
+        Those of `model.joints_of`.
+    hardware : str
+        Plugin in the tag `ros2_control` that drives the joints `names`.
+
+    """
+    robot = ET.Element('robot', name='mechanical_cue')
+    ET.SubElement(robot, 'link', name=frame)
+    for joint in joints_of(mechanism, frame, names):
+        _add_joint(robot, joint)
+        _add_link(robot, joint)
+    _add_control(robot, mechanism, names, hardware)
+    ET.indent(robot)
+    # No encoding is declared, because parsers of strings refuse an encoding declaration.
+    return f'<?xml version="1.0"?>\n{ET.tostring(robot, encoding="unicode")}\n'
+
+
+def _add_joint(robot: ET.Element, joint: Joint) -> None:
+    element = ET.SubElement(robot, 'joint', name=joint.name, type=joint.kind)
+    ET.SubElement(element, 'origin', xyz=_text(joint.origin), rpy=_text((0.0, 0.0, joint.yaw)))
+    ET.SubElement(element, 'parent', link=joint.parent)
+    ET.SubElement(element, 'child', link=joint.child)
+    if joint.kind != FIXED:
+        ET.SubElement(element, 'axis', xyz=_text(joint.axis))
+        limits = {
+            'lower': joint.min,
+            'upper': joint.max,
+            'velocity': joint.speed,
+            'effort': joint.effort,
+        }
+        ET.SubElement(element, 'limit', {name: repr(value) for name, value in limits.items()})
+
+
+def _add_link(robot: ET.Element, joint: Joint) -> None:
+    link = ET.SubElement(robot, 'link', name=joint.child)
+    if joint.part is None:
+        return
+    inertial = ET.SubElement(link, 'inertial')
+    ET.SubElement(inertial, 'origin', xyz=_text(joint.centre))
+    ET.SubElement(inertial, 'mass', value=repr(joint.part.mass))
+    ixx, iyy, izz = map(repr, joint.part.inertia.tolist())
+    ET.SubElement(inertial, 'inertia', ixx=ixx, iyy=iyy, izz=izz, ixy='0.0', ixz='0.0', iyz='0.0')
+    for purpose in ('visual', 'collision') if joint.has_shape else ():
+        element = ET.SubElement(link, purpose)
+        ET.SubElement(element, 'origin', xyz=_text(joint.centre))
+        geometry = ET.SubElement(element, 'geometry')
+        ET.SubElement(geometry, 'box', size=_text(joint.part.size.tolist()))
+
+
+def _add_control(
+    robot: ET.Element, mechanism: Mechanism, names: Sequence[str], hardware: str
+) -> None:
+    """Add the interfaces of the joints for ros2_control; they start at rest above the table."""
+    control = ET.SubElement(robot, 'ros2_control', name='mechanical_cue', type='system')
+    plugin = ET.SubElement(control, 'hardware')
+    ET.SubElement(plugin, 'plugin').text = hardware
+    ET.SubElement(plugin, 'param', name='calculate_dynamics').text = 'true'  # measured velocities
+    for name, position in zip(names, home(mechanism).tolist(), strict=True):
+        joint = ET.SubElement(control, 'joint', name=name)
+        ET.SubElement(joint, 'command_interface', name='position')
+        state = ET.SubElement(joint, 'state_interface', name='position')
+        ET.SubElement(state, 'param', name='initial_value').text = repr(position)
+        ET.SubElement(joint, 'state_interface', name='velocity')
+
+
+def _text(numbers: Iterable[float]) -> str:
+    return ' '.join(map(repr, numbers))

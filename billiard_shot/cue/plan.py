@@ -1,42 +1,208 @@
 """A planned shot, and the fully checked motion of the mechanism for it."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from enum import IntEnum
 import functools
 import itertools
 import math
+from typing import NamedTuple
 
 import numpy as np
 
-from billiard_shot.cue.alignment import Alignment, EXACT
-from billiard_shot.cue.joint_trajectory import JointTrajectory, TrajectoryBuilder
-from billiard_shot.cue.kinematics import (
+from billiard_shot.cue.joint_trajectory import (
+    JointTrajectory,
+    stroke_profile,
+    stroke_trajectory,
+    StrokeProfile,
+    StrokeTrajectory,
+    TrajectoryBuilder,
+)
+from billiard_shot.cue.mechanism import (
+    Alignment,
+    BASE_Z,
+    check_range,
+    EXACT,
+    LimitError,
+    LimitViolation,
+    Mechanism,
+    raise_violations,
+    STROKE,
+)
+from billiard_shot.cue.model import (
     inverse_kinematics,
     pose_by_encoders,
     TipPose,
     travel_pivot_height,
 )
-from billiard_shot.cue.limits import check_range, LimitError, LimitViolation, raise_violations
-from billiard_shot.cue.mechanism import BASE_Z, Mechanism, STROKE
-from billiard_shot.cue.outcome import GoalOutcome, RefusedError
-from billiard_shot.cue.profile import (
-    stroke_profile,
-    stroke_trajectory,
-    StrokeProfile,
-    StrokeTrajectory,
-)
-from billiard_shot.cue.touch import first_touch, Shape
-from billiard_shot.perception.lying import positions_of
-from billiard_shot.perception.sightings import Balls
+from billiard_shot.perception.sightings import Balls, positions_of
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.predict import predict
 from billiard_shot.shot.shot import Shot
-from billiard_shot.shot.stroke import Stroke
-from billiard_shot.shot.stroke_vectors import axes
+from billiard_shot.shot.stroke import axes, Stroke
 from billiard_shot.status import Status
-from billiard_shot.table.clearance import clearance, surroundings_of
+from billiard_shot.table.model.motion import Motion
+from billiard_shot.table.run.results import Trajectory
+from billiard_shot.table.strike.placement import clearance, surroundings_of
+
+
+class GoalOutcome(IntEnum):
+    """
+    Outcome of a goal to play a shot.
+
+    The numbers are part of the interface: the constants in the result of
+    `billiard_shot_msgs/action/ExecuteShot` map to them one to one. Zero is success. From 100 on
+    the goal was refused, and nothing moved.
+    """
+
+    OK = 0
+    CANCELED = 1
+    DISARMED = 2  # by a call, deactivation or the interlock, or after a pause
+    ARM_TIMEOUT = 3  # armed for too long without being able to fire
+    ESTOP = 4
+    FAULT = 5  # the mechanism did not follow its commands
+    EXPIRED = 6  # not armed in time: the goal was no longer valid
+    TABLE_MOVED = 7  # a ball moved between the goal and the shot
+    TABLE_STALE = 8  # the balls are no longer known well enough
+    NOT_READY = 100  # not active, not disarmed, or an input does not allow it
+    BUSY = 101  # another shot is being executed
+    INVALID_PLAN = 102  # a field is invalid, or contradicts another field
+    ALREADY_PLAYED = 103  # the cue has been aimed for this shot before
+    ALREADY_EXPIRED = 104  # or the plan is from before the start of this program
+    TABLE_UNKNOWN = 105  # the balls are not known well enough: too old, invalid or uncertain
+    TABLE_DIFFERS = 106  # a ball does not lie at its planned place
+    NOT_PREDICTED = 107  # the library refuses the stroke, or its prediction did not finish
+    SPEED_OUT_OF_LIMITS = 108
+    ELEVATION_OUT_OF_LIMITS = 109
+    OUT_OF_REACH = 110  # a joint would be out of its range
+    STROKE_OUT_OF_LIMITS = 111  # force, travel, cushions, or braking distance before the cloth
+    TOUCHES_AGAIN = 112  # the cue would touch the ball a second time, or another ball
+    MISCUE = 113  # the tip would slide on the ball, and the goal does not allow that
+
+    @property
+    def refused(self) -> bool:
+        """Whether the goal was refused, so that nothing moved."""
+        return self >= 100
+
+
+class RefusedError(ValueError):
+    """Refusal of a goal, with its outcome and a message that says why."""
+
+    def __init__(self, outcome: GoalOutcome, message: str) -> None:
+        super().__init__(message)
+        self.outcome = outcome
+
+
+MIN_STEP = 1e-6  # s: a gap that may close within this time counts as a touch
+
+SETBACK = 2.0
+"""
+Distance from the tip to the start of the round shaft, in half-widths of the shaft.
+
+At this distance the rounded front of the shaft is clear of the ball, for offsets of up to 0.9
+radii.
+"""
+
+
+class Shape(NamedTuple):
+    """Radii of a ball, of the sphere of the tip's curvature, and of the shaft [m]."""
+
+    ball: float
+    tip: float
+    shaft: float
+
+
+def gap(away: Array, velocity: Array, along: Array, behind: float) -> tuple[float, float]:
+    """
+    Distance of a ball's centre to a half-line along the cue [m], and its rate of change [m/s].
+
+    Parameters
+    ----------
+    away, velocity : (3,) float array
+        Centre [m] and velocity [m/s] of the ball relative to the tip.
+    along : (3,) float array
+        Unit vector along the cue, towards its tip.
+    behind : float
+        Distance from the tip back to the end of the half-line [m].
+
+    """
+    ahead = float(away @ along)
+    off = away + max(-ahead, behind) * along
+    distance = math.sqrt(off @ off)
+    return distance, float(velocity @ off) / distance if distance > 0.0 else 0.0
+
+
+def first_touch(
+    ball: Trajectory,
+    cue: Callable[[float], tuple[float, float]],
+    contact: Array,
+    along: Array,
+    shape: Shape,
+    cue_acceleration: float,
+    until: float,
+) -> float:
+    """
+    Time [s] after the strike at which a ball and the cue touch; inf if they do not by `until`.
+
+    For the cue ball, which the tip touches at the start, this is the next touch.
+
+    Each step is so short that the gap cannot close within it (conservative advancement: Mirtich,
+    "Impulse-based dynamic simulation of rigid body systems", 1996). The distance to a half-line is
+    convex. So during smooth motion the accelerations bound how far the gap can fall below its
+    tangent.
+
+    Parameters
+    ----------
+    ball : Trajectory
+        Trajectory of the ball from the end of the strike on.
+    cue : callable
+        Returns the distance that the cue has moved along its axis since the strike [m], and its
+        speed [m/s], at a time [s].
+    contact : (3,) float array
+        Position of the tip at the end of the strike [m].
+    along : (3,) float array
+        Unit vector along the cue.
+    shape : Shape
+    cue_acceleration : float
+        Largest acceleration of the cue [m/s^2].
+    until : float
+        End of the search [s].
+
+    """
+    rows = ball.rows['acceleration']
+    bend = cue_acceleration + float(np.sqrt((rows * rows).sum(axis=1).max()))
+    bodies = (
+        (shape.tip, shape.ball + shape.tip),
+        (SETBACK * shape.shaft, shape.ball + shape.shaft),
+    )
+    time = 0.0
+    for segment in ball.segments:
+        if segment.motion in (Motion.POCKETED, Motion.OFF_TABLE):
+            return math.inf
+        end = min(segment.end, until)
+        while time < end:
+            dt = time - segment.start
+            moved, speed = cue(time)
+            away = (
+                segment.position
+                - contact
+                + (segment.velocity + 0.5 * segment.acceleration * dt) * dt
+                - moved * along
+            )
+            velocity = segment.velocity + segment.acceleration * dt - speed * along
+            step = math.inf
+            for behind, size in bodies:
+                distance, rate = gap(away, velocity, along, behind)
+                free = max(distance - size, 0.0)
+                step = min(step, (rate + math.sqrt(rate * rate + 2.0 * bend * free)) / bend)
+            if step < MIN_STEP:
+                return time
+            time += step
+        time = min(time, end)
+    return math.inf
+
 
 ELEVATION_TOLERANCE = 1e-6  # rad, between a plan's elevation and that of its pose
 

@@ -15,8 +15,7 @@ import numpy as np
 from billiard_shot.cue.joint_trajectory import JointTrajectory
 from billiard_shot.cue.mechanism import INCLINE, JOINTS, Mechanism, STROKE
 from billiard_shot.records import Array
-from billiard_shot.scene.checks import check
-from billiard_shot.scene.fields import boolean, number
+from billiard_shot.scene.fields import boolean, check, number
 
 SUBSTEP = 1e-3  # s
 MAX_REST_SPEED = 1e-6  # m/s or rad/s: slower joints are at rest

@@ -1,14 +1,28 @@
 """Games: rules and referee, and players that decide which shot to play."""
 
-from billiard_shot.game.agent import Agent, simulated, Simulator
-from billiard_shot.game.call import Call, Decision
-from billiard_shot.game.game import find_game, Game, game_names
-from billiard_shot.game.outcome import Outcome, outcome_of
-from billiard_shot.game.racking import start
-from billiard_shot.game.referee import choose, judge
-from billiard_shot.game.ruling import Foul, Ruling
-from billiard_shot.game.state import State
-from billiard_shot.game.tournament import agent_names, find_agent, Pairing, play, summary
+from billiard_shot.game.rack import (
+    Agent,
+    agent_names,
+    find_agent,
+    Pairing,
+    play,
+    simulated,
+    Simulator,
+    summary,
+)
+from billiard_shot.game.referee import choose, judge, start
+from billiard_shot.game.state import (
+    Call,
+    Decision,
+    find_game,
+    Foul,
+    Game,
+    game_names,
+    Outcome,
+    outcome_of,
+    Ruling,
+    State,
+)
 
 __all__ = [
     'Agent',

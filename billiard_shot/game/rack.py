@@ -1,23 +1,183 @@
-"""Plays a rack: agents decide, a simulator plays their strokes, the referee rules."""
+"""Racks and tournaments: agents decide, a simulator plays their strokes, the referee rules."""
 
-from collections.abc import Iterator, Sequence
-from dataclasses import asdict, replace
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import Executor
+from dataclasses import asdict, dataclass, field, replace
+from functools import partial
+from inspect import signature
+import json
+from pathlib import Path
 from time import perf_counter, process_time
-from typing import NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from billiard_shot.game.agent import Agent, scene_of, simulated, Simulator
-from billiard_shot.game.call import Decision
-from billiard_shot.game.checks import illegal
-from billiard_shot.game.rack_record import PlayedShot, RackRecord
-from billiard_shot.game.referee import choose, concede, judge
-from billiard_shot.game.ruling import Ruling
-from billiard_shot.game.state import State
+from billiard_shot.game.referee import choose, concede, illegal, judge, start
+from billiard_shot.game.state import (
+    Decision,
+    find_game,
+    find_plugin,
+    names_in,
+    Outcome,
+    outcome_of,
+    Ruling,
+    State,
+)
+from billiard_shot.planning.statistics import wilson_interval
 from billiard_shot.scene import Scene
+from billiard_shot.scene.errors import must_be_one_of, reason, refused
 from billiard_shot.shot.predict import predict
 from billiard_shot.shot.shot import Shot
 from billiard_shot.shot.stroke import Stroke
+
+
+class Agent(Protocol):
+    """A player. It decides from states, and must not change them."""
+
+    def place(self, state: State) -> tuple[float, float]:
+        """
+        Place the cue ball that is in hand.
+
+        Parameters
+        ----------
+        state : State
+            With `places_cue_ball`.
+
+        Returns
+        -------
+        (x, y)
+            [m]; a place that the rules forbid loses the rack.
+
+        """
+
+    def decide(self, state: State) -> Decision:
+        """
+        Decide on a stroke and its call; or, if the state has `choices`, take one of them.
+
+        A decision without a stroke is a foul. A choice that is not offered loses the rack, and so
+        does a call of a ball that the game does not have.
+        """
+
+    def saw(self, state: State, decision: Decision, ruling: Ruling) -> None:
+        """
+        Receive a shot of either player, and its ruling.
+
+        Parameters
+        ----------
+        state : State
+            Before the shot; `state.player` played it.
+        decision : Decision
+        ruling : Ruling
+
+        """
+
+
+class Simulator(Protocol):
+    """A function that plays a stroke, by simulation or with a robot."""
+
+    def __call__(self, scene: Scene, stroke: Stroke, errors: np.random.Generator) -> Outcome:
+        """
+        Play a stroke with the errors of the player.
+
+        Parameters
+        ----------
+        scene : Scene
+            With the balls as they lie.
+        stroke : Stroke
+            As it is planned.
+        errors : numpy.random.Generator
+            Source of the errors of the execution.
+
+        """
+
+
+def simulated(scene: Scene, stroke: Stroke, errors: np.random.Generator) -> Outcome:
+    """Play a stroke as `predict` does, with the execution noise of the scene. A `Simulator`."""
+    played = scene.noise.perturb(stroke, errors, scene.ball.radius)
+    return outcome_of(predict(scene, played))
+
+
+def scene_of(scene: Scene, state: State) -> Scene:
+    """Return the scene with the balls of a state."""
+    return replace(scene, balls=state.balls)
+
+
+MakeAgent = Callable[[Scene, int], Agent]
+"""Makes an agent from the scene with which it plans and the seed of its random numbers."""
+
+# How visits to the table end. A miss is a shot that the player gave an even chance or more; a
+# shot with less was all that the leave before it had left.
+ENDS = ('won', 'miss', 'leave', 'scratch', 'foul', 'safety', 'no shot', 'break', 'illegal')
+
+
+@dataclass(frozen=True, slots=True)
+class PlayedShot:
+    """One decision of a rack."""
+
+    state: dict[str, Any]  # before it, see `State.to_dict`
+    offsets: tuple[float, ...] = ()  # as planned, of `from_offsets`; empty if there is no stroke
+    call: dict[str, Any] = field(default_factory=dict)  # see `Call`
+    choice: str = ''  # that was taken
+    success: float | None = None  # probability that the player gave its shot
+    reason: str = ''  # why it was played
+    kept: bool = False  # whether the player kept its turn
+    miscue: bool = False  # the tip slid on the cue ball
+    fouls: tuple[str, ...] = ()
+    text: str = ''  # the ruling
+    end: str = ''  # how the visit ended, one of `ENDS`; '' if it went on
+    cpu: float = 0.0  # s that the decision took
+    wall: float = 0.0  # s
+
+
+@dataclass(frozen=True, slots=True)
+class RackRecord:
+    """A rack that was played."""
+
+    game: str
+    number: int  # in its tournament
+    seed: int  # of the errors of execution, see `errors_of`
+    players: tuple[str, ...]  # names of players 0 and 1
+    shots: tuple[PlayedShot, ...]
+    state: dict[str, Any]  # at the end
+
+    @property
+    def winner(self) -> str | None:
+        """Name of the winner; None if nobody has won."""
+        winner = State.from_dict(self.state).winner
+        return None if winner is None else self.players[winner]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain dict that `from_dict` turns into an equal record."""
+        return asdict(self)
+
+    @classmethod
+    def from_dict(cls, data: dict[str, Any]) -> 'RackRecord':
+        """Make a record from such a dict."""
+        shots = tuple(
+            PlayedShot(**shot | {name: tuple(shot[name]) for name in ('offsets', 'fouls')})
+            for shot in data['shots']
+        )
+        return cls(**{**data, 'players': tuple(data['players']), 'shots': shots})
+
+    def save(self, path: Path) -> None:
+        """Write the record as JSON; a file that was there is replaced at once."""
+        new = path.with_name(f'{path.name}.new')
+        new.write_text(json.dumps(self.to_dict(), allow_nan=False) + '\n', encoding='utf-8')
+        new.replace(path)
+
+    @classmethod
+    def load(cls, path: Path) -> 'RackRecord':
+        """Read a record that `save` wrote; ValueError names the file."""
+        try:
+            record = cls.from_dict(json.loads(path.read_text(encoding='utf-8')))
+            State.from_dict(record.state)
+        except (KeyError, TypeError, json.JSONDecodeError, UnicodeDecodeError):
+            raise ValueError(f'{path}: must be the record of a rack') from None
+        except (OSError, ValueError) as error:
+            raise ValueError(f'{path}: {reason(error)}') from None
+        return record
+
 
 MAX_SHOTS = 400  # of a rack, which then ends without a winner
 EVEN = 0.5  # stated probability from which on a shot that fails is a miss
@@ -177,3 +337,181 @@ def _end(state: State, decision: Decision, ruling: Ruling) -> str:
     if decision.call.safety or decision.call.push_out:
         return 'safety'
     return 'leave' if decision.success is not None and decision.success < EVEN else 'miss'
+
+
+def agent_names() -> list[str]:
+    """Names of the agents of the package, in alphabetical order."""
+    return names_in('agents')
+
+
+def find_agent(name: str) -> MakeAgent:
+    """
+    Return what makes an agent.
+
+    Parameters
+    ----------
+    name : str
+        One of `agent_names`; or `package.module`, a module of your own with a function `make`.
+        Options for `make` may follow, such as `player:effort=0.5,plies=1`.
+
+    Raises
+    ------
+    ValueError
+        If there is no such agent.
+
+    """
+    module, _, words = name.partition(':')
+    make: MakeAgent = find_plugin(module, 'agents', 'make', 'player')
+    try:
+        signature(make).bind(None, 0)
+    except (TypeError, ValueError):
+        raise refused(
+            make, 'a function of a scene and a seed', f'make of player {module!r}'
+        ) from None
+    return partial(make, **dict(_option(make, name, word) for word in words.split(',') if word))
+
+
+def _option(make: MakeAgent, name: str, word: str) -> tuple[str, Any]:
+    """Read an option of an agent."""
+    option, _, value = word.partition('=')
+    known = [
+        each.name for each in signature(make).parameters.values() if each.kind == each.KEYWORD_ONLY
+    ]
+    where = f'option of player {name.partition(":")[0]!r}'
+    if option not in known:
+        if not known:
+            raise refused(option, 'left out', where)
+        raise ValueError(f'{where} {must_be_one_of(known, option)}')
+    try:
+        return option, json.loads(value)
+    except ValueError:
+        raise refused(value, 'a number, true or false', f'{where}: {option}') from None
+
+
+@dataclass(frozen=True, slots=True)
+class Pairing:
+    """
+    What is played.
+
+    Parameters
+    ----------
+    game : str
+    scene : Scene
+        Table, noise and limits, for simulator and players.
+    players : tuple of str
+        Two names; one for a game of one player.
+    seed : int
+        Of racks, errors and players.
+    balls : int, optional
+        How many balls are racked, see `start`.
+    simulator : Simulator
+
+    """
+
+    game: str
+    scene: Scene
+    players: tuple[str, ...]
+    seed: int = 1
+    balls: int | None = None
+    simulator: Simulator = simulated
+
+
+def play(pairing: Pairing, number: int) -> RackRecord:
+    """
+    Play one rack of a pairing; players take turns to break, and two racks in turn are alike.
+
+    The same pairing and number give the same rack in any process.
+    """
+    record, agents = first_record(pairing, number), agents_of(pairing, number)
+    return play_rack(record, pairing.scene, agents, pairing.simulator)
+
+
+def first_record(pairing: Pairing, number: int) -> RackRecord:
+    """Rack the balls of a rack, and return its record without shots."""
+    players = pairing.players
+    breaker = number % 2 if len(players) > 1 else 0
+    rack = pairing.seed + number // 2 if len(players) > 1 else pairing.seed + number
+    state = start(pairing.game, pairing.scene, rack, breaker, pairing.balls)
+    return RackRecord(pairing.game, number, pairing.seed, players, (), state.to_dict())
+
+
+def agents_of(pairing: Pairing, number: int) -> list[Agent]:
+    """Make the players of a rack."""
+    return [
+        find_agent(name)(pairing.scene, pairing.seed + 7919 * number + i)
+        for i, name in enumerate(pairing.players)
+    ]
+
+
+def check_pairing(pairing: Pairing) -> None:
+    """Raise ValueError for players that are not there, or too many or few of them."""
+    needed = find_game(pairing.game).players
+    if len(pairing.players) != needed:
+        raise refused(len(pairing.players), f'{needed} for {pairing.game}', 'players')
+    for name in pairing.players:
+        find_agent(name)
+    start(pairing.game, pairing.scene, balls=pairing.balls)
+
+
+def play_racks(
+    pairing: Pairing, numbers: Sequence[int], executor: Executor | None = None
+) -> Iterable[RackRecord]:
+    """Play racks in this process or with an executor, and yield their records in order."""
+    check_pairing(pairing)
+    work: Callable[[int], RackRecord] = partial(play, pairing)
+    yield from map(work, numbers) if executor is None else executor.map(work, numbers)
+
+
+def summary(players: Sequence[str], racks: Sequence[RackRecord]) -> dict[str, Any]:
+    """
+    Summarize racks: wins, breaks, run-outs, how visits ended, and times, by player.
+
+    Returns
+    -------
+    dict
+        `racks`, `without_winner`, and for each player `wins`, `interval` (Wilson 95 %), `broken`,
+        `break_and_run`, `shots`, `ends`, and `cpu` and `wall` (median, 95 %, largest) [s] of
+        decisions with a stroke.
+
+    """
+    result: dict[str, Any] = {
+        'racks': len(racks),
+        'without_winner': sum(rack.winner is None for rack in racks),
+        'players': [],
+    }
+    for number, name in enumerate(players):
+        own = [
+            (rack, [shot for shot in rack.shots if shot.state['player'] == number])
+            for rack in racks
+        ]
+        wins = sum(rack.state.get('winner') == number for rack in racks)
+        broken = [(rack, shots) for rack, shots in own if rack.state['breaker'] == number]
+        runs = sum(
+            rack.state.get('winner') == number and len(shots) == len(rack.shots)
+            for rack, shots in broken
+        )
+        strokes = [shot for _, shots in own for shot in shots if not shot.choice]
+        ends = Counter(shot.end for shot in strokes if shot.end)
+        result['players'].append(
+            {
+                'name': name,
+                'wins': wins,
+                'interval': wilson_interval(wins, len(racks)),
+                'broken': len(broken),
+                'break_and_run': runs,
+                'break_and_run_interval': wilson_interval(runs, len(broken)),
+                'shots': len(strokes),
+                'ends': dict(ends.most_common()),
+                'cpu': _times([shot.cpu for shot in strokes]),
+                'wall': _times([shot.wall for shot in strokes]),
+            }
+        )
+    return result
+
+
+def _times(seconds: list[float]) -> tuple[float, float, float]:
+    """Median, 95 % and largest of times [s]."""
+    if not seconds:
+        return 0.0, 0.0, 0.0
+    median, most = np.quantile(seconds, [0.5, 0.95]).tolist()
+    return median, most, max(seconds)

@@ -1,17 +1,19 @@
-"""The state of a game: all that rules and players need to know before a shot."""
+"""A game and its state: all that rules and players need to know before and after a shot."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 import dataclasses
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from importlib import import_module
 import json
 import math
 from pathlib import Path
-from typing import Any, ClassVar, Self, TypeVar
+from typing import Any, ClassVar, Self, TypeAlias, TypeVar
 
-from billiard_shot.game.game import find_game, Game
-from billiard_shot.scene.checks import check, read, write
+import numpy as np
+
+from billiard_shot.scene import Scene
 from billiard_shot.scene.errors import (
     found_in,
     InputError,
@@ -20,10 +22,281 @@ from billiard_shot.scene.errors import (
     must_be_one_of,
     reason,
     refused,
+    suggestion,
 )
-from billiard_shot.scene.fields import boolean, choice, number, places, TAKES, whole_number
+from billiard_shot.scene.fields import (
+    as_float,
+    boolean,
+    check,
+    choice,
+    name,
+    number,
+    places,
+    read,
+    TAKES,
+    whole,
+    whole_number,
+    write,
+)
 from billiard_shot.scene.placement import CUE_BALL, head_string, no_place, overlaps
-from billiard_shot.scene.values import as_float, whole
+from billiard_shot.shot.shot import Shot
+from billiard_shot.shot.stroke import Stroke
+from billiard_shot.table.run.results import (
+    EventKind,
+    NOSE_NAMES,
+    POCKET_NAMES,
+    TableEvent,
+    TableRun,
+)
+
+
+def names_in(folder: str) -> list[str]:
+    """Names of the modules of a folder of this package, in alphabetical order."""
+    return sorted(path.stem for path in Path(__file__).with_name(folder).glob('[a-z]*.py'))
+
+
+def find_plugin(name: str, folder: str, attribute: str, what: str) -> Any:
+    """
+    Return the attribute of a module.
+
+    Parameters
+    ----------
+    name : str
+        One of `names_in(folder)`; or `package.module`, a module of somebody else.
+    folder, attribute : str
+    what : str
+        What the module defines, in one word: the field that messages name; '' for none.
+
+    Raises
+    ------
+    ValueError
+        If there is no such module, or it has no such attribute.
+
+    """
+    names = names_in(folder)
+    if name in names:
+        name = f'billiard_shot.game.{folder}.{name}'
+    elif '.' not in name or not all(map(str.isidentifier, name.split('.'))):
+        allowed = f'one of {", ".join(names)}, or a module such as package.module'
+        raise refused(name, allowed, what, hint=suggestion(names, name))
+    try:
+        return getattr(import_module(name), attribute)
+    except (ImportError, AttributeError) as error:
+        text = f': {name!r} is not a module with {attribute}: {error}'
+        raise InputError([Mistake((what,) if what else (), text)]) from None
+
+
+@dataclass(frozen=True, slots=True)
+class Call:
+    """
+    The call of a player before a shot.
+
+    Parameters
+    ----------
+    ball : str, optional
+        The ball that is to fall; None if the game needs no call.
+    pocket : str
+        The pocket into which it is to fall, one of `POCKET_NAMES`; '' if the game needs no call.
+    safety : bool
+        The turn ends with the shot, even if a ball falls.
+    push_out : bool
+        The shot is a push-out; only on the shot after the break of nine-ball.
+
+    """
+
+    ball: str | None = name(nullable=True)
+    pocket: str = choice(*POCKET_NAMES, '', default='')
+    safety: bool = boolean(default=False)
+    push_out: bool = boolean(default=False)
+
+    def __post_init__(self) -> None:
+        check(self)
+
+    @property
+    def passes(self) -> bool:
+        """Whether the turn passes to the other player even if a ball falls."""
+        return self.safety or self.push_out
+
+
+NO_CALL = Call()
+
+
+@dataclass(frozen=True, slots=True)
+class Decision:
+    """
+    One of the choices of a state, or a stroke with its call.
+
+    Parameters
+    ----------
+    stroke : Stroke, optional
+        None if the player takes a choice, or concedes because it finds no stroke.
+    call : Call
+    choice : str
+        One of `State.choices`; '' for a stroke.
+    success : float, optional
+        The probability, as the player states it, of a legal shot that keeps its turn.
+    reason : str
+        Of the decision, in one line.
+
+    """
+
+    stroke: Stroke | None = None
+    call: Call = field(default=NO_CALL)
+    choice: str = ''
+    success: float | None = None
+    reason: str = ''
+
+
+# A ball that lay within this distance of a nose was frozen to it [m]: its first contact with that
+# nose counts only if the ball has left the nose by more than this (WPA 8.4, driven to a rail).
+FROZEN = 1e-3
+NOSE_SAMPLES = 33  # times at which the distance from such a nose is looked at
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """
+    What a shot did, as far as rules ask.
+
+    Equal outcomes have the same ruling; miscues and the places of the balls do not count for that.
+
+    Parameters
+    ----------
+    first_contact : str, optional
+        The ball that the cue ball met first; None if it met none.
+    pocketed : tuple of (str, str)
+        Ball and pocket, in the order of time, with the cue ball. The pocket is '' if
+        nobody saw it.
+    off_table : tuple of str
+        Balls that left the table, with the cue ball.
+    to_cushion : frozenset of str
+        Balls that were driven to a cushion after the first contact (WPA 8.4), with the cue ball.
+    from_kitchen : bool
+        The first ball met was behind the head string, and the cue ball had not crossed it before
+        (WPA 6.11).
+    double_hit : bool
+        The cue hit the cue ball again.
+    refused : str
+        Why the stroke could not be played; '' if it was played.
+    met : tuple of str
+        The balls that the cue ball met, each once, in the order of time.
+    cushions_before : tuple of int
+        For each ball in `met`, how often the cue ball had met a cushion before.
+    miscue : bool
+        The tip slid on the cue ball; that is legal (WPA 8.18).
+    places : mapping of str to (x, y)
+        Where the balls that are left rest [m].
+
+    Raises
+    ------
+    ValueError
+        If a ball fell into a pocket that does not exist.
+
+    """
+
+    first_contact: str | None = None
+    pocketed: tuple[tuple[str, str], ...] = ()
+    off_table: tuple[str, ...] = ()
+    to_cushion: frozenset[str] = frozenset()
+    from_kitchen: bool = False
+    double_hit: bool = False
+    refused: str = ''
+    met: tuple[str, ...] = ()
+    cushions_before: tuple[int, ...] = ()
+    miscue: bool = field(default=False, compare=False)
+    places: Mapping[str, tuple[float, float]] = field(default_factory=dict, compare=False)
+
+    def __post_init__(self) -> None:
+        for pair in self.pocketed:
+            if isinstance(pair, str) or len(pair) != 2:
+                raise refused(pair, 'a ball and a pocket', 'pocketed')
+            if pair[1] not in (*POCKET_NAMES, ''):
+                near = suggestion(POCKET_NAMES, pair[1])
+                allowed = f'a pocket, one of {", ".join(POCKET_NAMES)}'
+                raise refused(pair[1], allowed, 'pocketed', hint=near)
+
+    @property
+    def gone(self) -> frozenset[str]:
+        """The balls that are no longer on the table."""
+        return frozenset(ball for ball, _ in self.pocketed) | frozenset(self.off_table)
+
+    @property
+    def scratched(self) -> bool:
+        """Whether the cue ball fell into a pocket or left the table."""
+        return CUE_BALL in self.gone
+
+    @property
+    def fallen(self) -> tuple[str, ...]:
+        """The object balls that fell into pockets, in the order of time."""
+        return tuple(ball for ball, _ in self.pocketed if ball != CUE_BALL)
+
+
+ShotLike: TypeAlias = Shot | Outcome
+"""A predicted shot; or its outcome, as another simulator or an observer tells it."""
+
+
+def outcome_of(shot: ShotLike) -> Outcome:
+    """Read the outcome of a prediction; an outcome is returned as it is."""
+    if isinstance(shot, Outcome):
+        return shot
+    if shot.status.refused:
+        places = {CUE_BALL: shot.scene.cue_ball[:2], **shot.scene.balls}
+        return Outcome(refused=shot.message, places=places)
+    outcome = outcome_of_run(shot.run, shot.scene, double_hit=shot.double_hit is not None)
+    return replace(outcome, miscue=shot.miscue)
+
+
+def outcome_of_run(run: TableRun, scene: Scene, *, double_hit: bool = False) -> Outcome:
+    """Read the outcome of a simulated table whose cue ball is called `cue`."""
+    kitchen_end = head_string(scene.table) if scene.table else -np.inf
+    first = run.first_met.get(CUE_BALL)
+    met: dict[str, int] = {}
+    to_cushion: set[str] = set()
+    from_kitchen = crossed = False
+    cushions = 0
+    for event in run.events:
+        if event.kind in (EventKind.BALL, EventKind.CLUSTER) and CUE_BALL in event.balls:
+            if not met and first is not None:
+                x = run.balls[first].at(event.time).position[0]
+                from_kitchen = bool(x < kitchen_end) and not crossed
+                met[first] = cushions  # several balls may be met at once
+            met |= {ball: cushions for ball in event.balls if ball not in {CUE_BALL, *met}}
+        elif event.kind == EventKind.CUSHION:
+            ball = event.balls[0]
+            cushions += ball == CUE_BALL
+            crossed |= ball == CUE_BALL and bool(event.position[0] >= kitchen_end)
+            if met and _was_driven(run, event, scene):
+                to_cushion.add(ball)
+    return Outcome(
+        first_contact=first,
+        pocketed=tuple(run.pocketed.items()),
+        off_table=run.off_table,
+        to_cushion=frozenset(to_cushion),
+        from_kitchen=from_kitchen,
+        double_hit=double_hit,
+        met=tuple(met),
+        cushions_before=tuple(met.values()),
+        places=run.places_left,
+    )
+
+
+def _was_driven(run: TableRun, event: TableEvent, scene: Scene) -> bool:
+    """Whether a ball that meets a cushion was not frozen to it from the beginning."""
+    if event.place not in NOSE_NAMES or scene.table is None:
+        return True
+    ball = run.balls[event.balls[0]]
+    axis = 0 if event.place in ('foot', 'head') else 1
+    half = 0.5 * (scene.table.length, scene.table.width)[axis]
+    sign = 1.0 if event.place in ('foot', 'left') else -1.0
+    # The nose is above the middle of the ball: a frozen ball is nearer to it than its radius.
+    nearest = half - sign * float(event.position[axis])
+    start = half - sign * float(ball.at(0.0).position[axis])
+    if start > nearest + FROZEN:
+        return True
+    times = np.linspace(0.0, event.time, NOSE_SAMPLES)
+    away = half - sign * ball.at(times).position[:, axis]
+    return bool((away > nearest + FROZEN).any())
+
 
 T = TypeVar('T', int, float)
 
@@ -90,9 +363,9 @@ def _game(value: object) -> Game:
 
 def _of_its_game(state: Any) -> Iterator[Mistake]:
     game = state.game
-    for field, allowed in ALONE.items() if game.players == 1 else ():
-        if (value := getattr(state, field)) not in allowed:
-            yield from found_in(refused(value, f'{allowed[0]} in {game.name}', field))
+    for each, allowed in ALONE.items() if game.players == 1 else ():
+        if (value := getattr(state, each)) not in allowed:
+            yield from found_in(refused(value, f'{allowed[0]} in {game.name}', each))
     balls = dict.fromkeys((CUE_BALL, *game.balls))
     if others := [ball for ball in state.balls if ball not in balls]:
         yield Mistake(('balls',), must_be_one_of(balls, others[0]))
@@ -269,3 +542,152 @@ class State:
             raise InputError(error.mistakes, f'state {path}') from None
         except (OSError, ValueError) as error:
             raise ValueError(f'state {path}: {reason(error)}') from None
+
+
+@dataclass(frozen=True, slots=True)
+class Foul:
+    """
+    A foul.
+
+    Parameters
+    ----------
+    rule : str
+        Number of its rule in the edition that its game follows, such as `6.2`.
+    text : str
+        What happened, in one line.
+
+    """
+
+    rule: str
+    text: str
+
+    def __str__(self) -> str:
+        return f'{self.rule}: {self.text}'
+
+
+@dataclass(frozen=True, slots=True)
+class Ruling:
+    """
+    What follows from a shot by the rules.
+
+    Parameters
+    ----------
+    state : State
+        The game after the shot. A rule of a game leaves the balls where they were before; `judge`
+        puts them where they came to rest, spots balls, and arranges them.
+    fouls : tuple of Foul
+    text : str
+        The ruling in one line.
+    spot : tuple of str
+        Balls that go back onto the table.
+    restore : bool
+        The balls go back to where they were before the shot.
+    miscue : bool
+        The tip slid on the cue ball, as the outcome says.
+    arrange : callable, optional
+        Takes the state with the balls where they rest, and moves balls as the rules say, such as
+        into a new rack.
+
+    """
+
+    state: State
+    fouls: tuple[Foul, ...] = ()
+    text: str = ''
+    spot: tuple[str, ...] = ()
+    restore: bool = False
+    miscue: bool = False
+    arrange: Callable[[State], State] | None = None
+
+    @property
+    def legal(self) -> bool:
+        """Whether there was no foul."""
+        return not self.fouls
+
+
+def any_ball(state: State, player: int = 0) -> tuple[str, ...]:
+    """Return all object balls."""
+    return state.object_balls
+
+
+@dataclass(frozen=True, slots=True)
+class Game:
+    """
+    The rules of a game.
+
+    Parameters
+    ----------
+    name : str
+        The name of its module: in the package as `eight_ball`, elsewhere as `package.module`.
+    balls : tuple of str
+        Names of the object balls.
+    rack : callable
+        Takes a state and the names of balls, and returns their places (x, y) [m].
+    rule : callable
+        Takes a `State`, a `Call` and an `Outcome`, and returns the `Ruling`, see there.
+    targets : callable
+        Takes a state, and returns the balls that the cue ball may meet first; by default all. In
+        games with pockets the pot of such a ball keeps the turn.
+    needs : callable
+        Takes a state and a player, and returns the balls that this player has to pot to win; by
+        default all.
+    shared : bool
+        Whether both players pot the same balls, so that a pot brings both nearer to the end.
+    in_hand, phase : str
+        Of the first state, see `State`.
+    calls : bool
+        Ball and pocket must be called; else any ball that falls legally keeps the turn.
+    players : int
+        1 or 2.
+    goal : int
+        Points that win; 0 if the game has no points.
+    pockets : bool
+        False for a game on a table without pockets.
+    decisive : str
+        Ball that stays on the table until the rack is decided; '' for none.
+
+    """
+
+    name: str
+    balls: tuple[str, ...]
+    rack: Callable[[State, tuple[str, ...]], Mapping[str, tuple[float, float]]]
+    rule: Callable[[State, Call, Outcome], Ruling]
+    targets: Callable[[State], tuple[str, ...]] = any_ball
+    needs: Callable[[State, int], tuple[str, ...]] = any_ball
+    shared: bool = True
+    in_hand: str = 'kitchen'
+    phase: str = 'break'
+    calls: bool = True
+    players: int = 2
+    goal: int = 0
+    pockets: bool = True
+    decisive: str = ''
+
+
+def game_names() -> list[str]:
+    """Names of the games of the package, in alphabetical order."""
+    return names_in('rules')
+
+
+def find_game(name: str, field: str = 'game') -> Game:
+    """
+    Return a game.
+
+    Parameters
+    ----------
+    name : str
+        One of `game_names`; or `package.module`, a module of your own with a constant `GAME`.
+    field : str
+        That holds the name, for messages.
+
+    Raises
+    ------
+    ValueError
+        If there is no such game.
+
+    """
+    game = find_plugin(name, 'rules', 'GAME', field)
+    if not isinstance(game, Game):
+        raise refused(game, 'a Game', f'{name}.GAME')
+    if game.name != name:  # by which a saved state finds it again
+        raise refused(game.name, repr(name), f'{name}.GAME.name')
+    return game

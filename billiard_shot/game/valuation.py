@@ -1,27 +1,124 @@
-"""
-The value of states: an estimate of the probability to win the rack.
-
-Two equal players are assumed, who make each shot with the probability `SHOT`, and who need a shot
-for each ball, and `BLOCKED` more for a ball that no pocket is open to. Then the probability to win
-from the table with n shots to make, while the other needs m, follows by a recursion. The next shot
-of a state is not an average one: its chance is that of the best direct shot, `shots`.
-"""
+"""The value of states: an estimate of the probability to win the rack, one or two shots deep."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.game.batch_outcomes import RuledBatch
-from billiard_shot.game.game import Game
-from billiard_shot.game.state import State
-from billiard_shot.planning.open_pockets import open_pockets
-from billiard_shot.planning.shots import DirectShots, shots
+from billiard_shot.game.referee import settled
+from billiard_shot.game.state import Call, Game, Outcome, Ruling, State
+from billiard_shot.planning.shots import DirectShots, open_pockets, shots
+from billiard_shot.planning.within_noise import along_azimuth, play_within_noise
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene
-from billiard_shot.scene.placement import CUE_BALL
-from billiard_shot.table.table_states import TableStates
+from billiard_shot.scene.placement import CUE_BALL, head_string
+from billiard_shot.scene.player import A, B, ELEVATION, SPEED
+from billiard_shot.shot.effects import model_of
+from billiard_shot.shot.play import StrokeBatch
+from billiard_shot.table.model.motion import NOTHING
+from billiard_shot.table.run.results import POCKET_NAMES
+from billiard_shot.table.run.states import TableStates
+
+
+class RuledBatch(NamedTuple):
+    """Strokes that were played in a simulation, with their rulings."""
+
+    # The different ones. Their states tell which balls are left, not where these rest.
+    kinds: tuple[Ruling, ...]
+    kind: NDArray[np.int64]  # (n,) the ruling of each stroke
+    states: TableStates  # the balls as they rest, or back where a ruling puts them
+
+    @property
+    def after(self) -> list[State]:
+        """The states that the different rulings lead to."""
+        return [ruling.state for ruling in self.kinds]
+
+    def take(self, which: NDArray[np.int64]) -> 'RuledBatch':
+        """Select some of the strokes."""
+        return RuledBatch(self.kinds, self.kind[which], self.states.take(which))
+
+    def keeps(self, player: int) -> NDArray[np.bool_]:
+        """Whether each stroke (n,) of a player keeps the turn, or wins."""
+        kept = [
+            after.winner == player if after.over else ruling.legal and after.player == player
+            for ruling in self.kinds
+            for after in [ruling.state]
+        ]
+        return np.array(kept, np.bool_)[self.kind]
+
+
+def rule_on(state: State, calls: Sequence[Call], run: StrokeBatch) -> RuledBatch:
+    """
+    Rule on a batch of strokes.
+
+    Parameters
+    ----------
+    state : State
+        Before the strokes, with the cue ball placed.
+    calls : sequence of Call
+        (n,)
+    run : StrokeBatch
+        (n,) on tables with the balls of the state.
+
+    """
+    cue = run.names.index(CUE_BALL)
+    to_cushion = run.to_cushion.copy()
+    if state.phase != 'break':  # rules ask whether any ball was driven to a cushion, not which
+        to_cushion[:, cue] = to_cushion.any(axis=1)
+        to_cushion[:, [i for i in range(len(run.names)) if i != cue]] = False
+    balls = *run.pocket.T, *run.off_table.T, *to_cushion.T
+    columns = [run.refused, run.double_hit, run.first_met[:, cue], *balls]
+    different, number = np.unique(np.array(columns, np.int64), axis=1, return_inverse=True)
+    outcomes = [_outcome(state, run.names, row) for row in different.T.tolist()]
+    pairs = zip(calls, number.ravel().tolist(), strict=True)
+    numbers: dict[tuple[Call, int], int] = {}
+    kind = np.array([numbers.setdefault(pair, len(numbers)) for pair in pairs], np.int64)
+    rule = state.game.rule
+    kinds = tuple(settled(rule(state, call, outcomes[i]), outcomes[i]) for call, i in numbers)
+    return RuledBatch(kinds, kind, _restored(run.states, kinds, kind, state.radius))
+
+
+def _restored(
+    states: TableStates, kinds: Sequence[Ruling], kind: NDArray[np.int64], radius: float
+) -> TableStates:
+    """Put the balls of a table back if its ruling restores it."""
+    position, present = states.position.copy(), states.present
+    for number, ruling in enumerate(kinds):
+        if ruling.restore:
+            rows, balls = kind == number, ruling.state.balls
+            present[rows] = [name in balls for name in states.names]
+            for i, name in enumerate(states.names):
+                if name in balls:
+                    position[rows, i] = (*balls[name], radius)
+    return TableStates(states.names, position, present=present)
+
+
+def _outcome(state: State, names: tuple[str, ...], row: list[int]) -> Outcome:
+    """Read an outcome; its places are those before the shot, of the balls that are left."""
+    count, (refused, double_hit, first), balls = len(names), row[:3], row[3:]
+    if refused:
+        return Outcome(refused='it is refused')
+    pockets, off, cushion = (balls[i : i + count] for i in range(0, 3 * count, count))
+    met = None if first == NOTHING else names[first]
+    outcome = Outcome(
+        first_contact=met,
+        pocketed=tuple(
+            (name, POCKET_NAMES[pocket])
+            for name, pocket in zip(names, pockets, strict=True)
+            if pocket != NOTHING
+        ),
+        off_table=tuple(name for name, gone in zip(names, off, strict=True) if gone),
+        to_cushion=frozenset(name for name, met in zip(names, cushion, strict=True) if met),
+        # A batch does not tell whether the cue ball crossed the head string before: assume not.
+        from_kitchen=met is not None and state.balls[met][0] < head_string(state),
+        double_hit=bool(double_hit),
+    )
+    places = {ball: at for ball, at in state.balls.items() if ball not in outcome.gone}
+    return replace(outcome, places=places)
+
 
 SHOT = 0.9  # probability that a shot of the rest of the rack pots and leaves the next one
 BLOCKED = 3  # shots that a ball costs beside its own if no pocket is open to it
@@ -187,3 +284,111 @@ def value(state: State, player: int, chance: Array, left: NDArray[np.int64]) -> 
     if 'pass' in state.choices:  # after a push-out the other player takes the better part
         own = np.maximum(own, 1.0 - own)
     return own if state.player == player else 1.0 - own
+
+
+FOLLOWED_SHOTS = 2  # direct shots of each end state that are followed
+# a, b [ball radii] and the speed relative to that of the direct shot
+STROKES = np.array(
+    [(0.0, b, speed) for b in (0.0, 0.3, -0.3) for speed in (1.0, 1.6)]
+    + [(0.25, 0.1, 1.0), (-0.25, 0.1, 1.0)]
+)
+LIFT_STEP = 0.02  # rad: elevations are rounded to multiples of it, so that few strikes are solved
+
+
+class Followed(NamedTuple):
+    """Strokes that follow end states."""
+
+    row: NDArray[np.int64]  # (n,) of the end state
+    shot: NDArray[np.int64]  # (n,)
+    strokes: Array  # (n, 5)
+    states: TableStates  # n tables
+
+
+def second_ply(scene: Scene, player: int, batch: RuledBatch, first: Array) -> Array:
+    """
+    Value end states in which a player goes on by its next two shots.
+
+    Parameters
+    ----------
+    scene : Scene
+    player : int
+    batch : RuledBatch
+        (n,) of strokes that kept the turn.
+    first : (n,) float array
+        Their values by the next shot alone, see `values`.
+
+    Returns
+    -------
+    (n,) float array
+        The largest value of the strokes that follow, without errors but with the chance of their
+        shots; `first` where none of them pots. A stroke without room for the cue is refused, and
+        one whose cue hits the cue ball again is a foul.
+
+    """
+    names = batch.states.names
+    goes_on = [
+        not after.over and not after.in_hand and after.player == player for after in batch.after
+    ]
+    direct = next_shots(scene, batch, goes_on)
+    if not len(direct):
+        return first
+    followed = _follow(scene, batch.states, direct)
+    sigmas = scene.noise.sigmas(scene.ball.radius)
+    played = play_within_noise(scene, followed.strokes, sigmas, followed.states)
+    cue = names.index(CUE_BALL)
+    ball = direct.ball[followed.shot]
+    rows = np.arange(len(ball))
+    potted = (
+        (played.pocket[rows, ball] == direct.pocket[followed.shot])
+        & (played.first_met[:, cue] == ball)
+        & played.states.present[:, cue]
+        & ~played.double_hit
+    )
+    found = np.full(len(first), -np.inf)
+    value = _values_after(scene, batch, direct, followed, potted, played.states)
+    np.maximum.at(found, followed.row[potted], value[potted])
+    return np.where(np.isfinite(found), found, first)
+
+
+def _follow(scene: Scene, states: TableStates, direct: DirectShots) -> Followed:
+    """Make strokes at the best direct shots of each table."""
+    order = np.lexsort((-direct.chance, direct.table))
+    rank = np.arange(len(order)) - np.searchsorted(direct.table[order], direct.table[order])
+    chosen = order[rank < FOLLOWED_SHOTS]
+    shot = np.repeat(chosen, len(STROKES))
+    row = direct.table[shot]
+    strokes = direct.offsets[shot]
+    a, b, faster = np.tile(STROKES, (len(chosen), 1)).T
+    strokes[:, A], strokes[:, B] = a, b
+    strokes[:, ELEVATION] = np.ceil(strokes[:, ELEVATION] / LIFT_STEP) * LIFT_STEP
+    strokes[:, SPEED] = np.minimum(strokes[:, SPEED] * faster, scene.robot.speed_max)
+    strokes = along_azimuth(model_of(scene), strokes)
+    return Followed(row, shot, strokes, states.take(row))
+
+
+def _values_after(
+    scene: Scene,
+    batch: RuledBatch,
+    direct: DirectShots,
+    followed: Followed,
+    potted: NDArray[np.bool_],
+    ends: TableStates,
+) -> Array:
+    """Value strokes that pot, by the chance of the shot, and the best shot that they leave."""
+    before, ball = batch.kind[followed.row], direct.ball[followed.shot]
+    ways = set(zip(before[potted].tolist(), ball[potted].tolist(), strict=True))
+    after: list[State] = []
+    kind = np.full(len(before), -1)
+    masks = np.zeros(ends.present.shape, np.bool_)
+    for number, fallen in ways:
+        rows = potted & (before == number) & (ball == fallen)
+        kind[rows] = len(after)
+        after.append(batch.after[number].without(ends.names[fallen]))
+        if after[-1].object_balls:
+            masks[rows] = may_pot(after[-1], ends.names)
+    chance = shots(scene, ends, masks).best
+    game = batch.after[0].game
+    missed = miss_value(game, shots_left(scene, batch.after, batch.kind, batch.states))
+    p = direct.chance[followed.shot]
+    then = at_table(chance, game, shots_left(scene, after, kind, ends))
+    return p * then + (1.0 - p) * missed[followed.row]

@@ -7,28 +7,21 @@ from gymnasium import spaces
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from billiard_shot.game.agent import scene_of, simulated
-from billiard_shot.game.call import Call, NO_CALL
-from billiard_shot.game.outcome import Outcome
-from billiard_shot.game.playable import raised
-from billiard_shot.game.rack import MAX_SHOTS, take_shot
-from billiard_shot.game.racking import start
-from billiard_shot.game.referee import choose, concede, judge
-from billiard_shot.game.ruling import Ruling
-from billiard_shot.game.state import State
-from billiard_shot.game.tournament import find_agent
+from billiard_shot.game.rack import find_agent, MAX_SHOTS, scene_of, simulated, take_shot
+from billiard_shot.game.referee import choose, concede, judge, start
+from billiard_shot.game.state import Call, NO_CALL, Outcome, Ruling, State
+from billiard_shot.game.strokes import raised
 from billiard_shot.gym.actions import (
     action_space,
     checked_actions,
+    DrawnEnv,
     Float32Array,
     scaled_places,
     scene_of_table,
     strokes_of,
 )
-from billiard_shot.gym.rendering import DrawnEnv
 from billiard_shot.scene import SceneLike
-from billiard_shot.scene.placement import CUE_BALL, head_string
-from billiard_shot.scene.rack import Place
+from billiard_shot.scene.placement import CUE_BALL, head_string, Place
 from billiard_shot.shot.stroke import Stroke
 
 EIGHT_BALL = 'eight_ball'

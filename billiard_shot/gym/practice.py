@@ -8,30 +8,28 @@ from gymnasium.vector.utils import batch_space
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from billiard_shot.game.racking import start
+from billiard_shot.game.referee import start
 from billiard_shot.gym.actions import (
     action_space,
     checked_actions,
+    DRAWN,
+    DrawnEnv,
     Float32Array,
+    picture_of,
+    render_mode_of,
+    RENDER_MODES,
     scaled_places,
     scene_of_table,
     strokes_of,
 )
-from billiard_shot.gym.rendering import (
-    DRAWN,
-    DrawnEnv,
-    picture_of,
-    render_mode_of,
-    RENDER_MODES,
-)
 from billiard_shot.scene import SceneLike
+from billiard_shot.scene.fields import whole
+from billiard_shot.scene.placement import Place
 from billiard_shot.scene.player import with_errors
-from billiard_shot.scene.rack import Place
-from billiard_shot.scene.values import whole
 from billiard_shot.shot.play import play
 from billiard_shot.shot.stroke import vectors_of
-from billiard_shot.table.motion import NOTHING
-from billiard_shot.table.table_states import TableStates
+from billiard_shot.table.model.motion import NOTHING
+from billiard_shot.table.run.states import TableStates
 
 Flags = NDArray[np.bool_]
 

@@ -7,12 +7,19 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.impact.bodies import Body, check_indices, checked_number, Contact
-from billiard_shot.impact.contact_space import contact_space, system_of, velocity_changes
+from billiard_shot.impact.bodies import (
+    Body,
+    check_indices,
+    checked_number,
+    Contact,
+    contact_space,
+    system_of,
+    velocity_changes,
+)
 from billiard_shot.impact.events import ImpactEventKind
 from billiard_shot.impact.integrator import ENERGY_FLOOR
-from billiard_shot.impact.laws import LAWS
-from billiard_shot.impact.solve import Properties, solve_in_contact_space
+from billiard_shot.impact.kernel import Properties, solve_in_contact_space
+from billiard_shot.impact.options import LAWS
 from billiard_shot.records import Array
 from billiard_shot.status import Status
 

@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.compiled import inner
-from billiard_shot.impact.options import METHOD_OPTIONS
-from billiard_shot.impact.shear import (
+from billiard_shot.impact.friction import (
     cone_width,
     drag_stiffness,
     FOLLOWS,
@@ -22,6 +21,7 @@ from billiard_shot.impact.shear import (
     STRAIGHT,
     turning_of,
 )
+from billiard_shot.impact.options import METHOD_OPTIONS
 from billiard_shot.impact.state import (
     ContactState,
     DRAG,
@@ -246,7 +246,7 @@ def set_stage_forces(m: Model, contacts: list[ContactState], ws: Workspace, scal
 @inner
 def set_shear_stages(m: Model, c: ContactState, ws: Workspace, scale: float) -> None:
     """
-    Find the forces at the stages of a contact that shears (shear.py).
+    Find the forces at the stages of a contact that shears (friction.py).
 
     If it drags, `dir` is the rate of its shear until the stages are solved.
     """

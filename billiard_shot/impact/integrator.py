@@ -1,48 +1,38 @@
-"""
-The integration of a collision through its state transition diagram.
-
-Contract of the integrator, as long as a contact is active or approaches:
-
-1. *Modes.* If forces jumped, `assign_friction_modes` decides which contacts stick.
-2. *Propose a step.* `propose_step` returns a `Step`: forces, velocities and compressions of all
-   contacts as polynomials, as far as the tolerance allows. It is an explicit step (taylor.py) or,
-   if a contact's slip has just begun or creeps, an implicit one (collocation.py).
-3. *Locate the first event* on the polynomials: `first_event` returns an `ImpactEvent`, at the
-   end of the step if nothing happens.
-4. *Advance* the state to the event, and book impulses and losses (advance.py).
-5. *Apply its transition*, which changes modes, never velocities by a finite amount; law poisson
-   and the end of a cue that swings back excepted (transitions.py).
-
-Whenever the set of active contacts changes, a phase is logged. A status says how the collision
-ended.
-"""
+"""The integration of a collision through its state transition diagram."""
 
 from math import inf, log10, sqrt
 
 from billiard_shot.compiled import inner
-from billiard_shot.impact.advance import advance
+from billiard_shot.impact.beginning import turn_normals
 from billiard_shot.impact.collocation import implicit_step
 from billiard_shot.impact.events import (
     ACTIVATION,
+    apply,
     CONE_EXIT,
+    deactivate,
     first_event,
     ImpactEvent,
     NO_EVENT,
     NORMAL_REVERSAL,
     RESTITUTION_END,
+    set_onset_direction,
     SPRING_EXHAUSTED,
     Step,
 )
-from billiard_shot.impact.friction import assign_friction_modes, sticking_is_feasible
+from billiard_shot.impact.friction import (
+    assign_friction_modes,
+    spring_energy,
+    sticking_is_feasible,
+)
 from billiard_shot.impact.moving_bodies import (
     expand_distances,
     find_accelerations,
     impulse_along,
     part,
+    PLACE_ROWS,
+    separation_coefficient,
 )
 from billiard_shot.impact.options import METHOD_OPTIONS, negligible_speed
-from billiard_shot.impact.shaft import logged_contacts, may_strike_again
-from billiard_shot.impact.shear import spring_energy
 from billiard_shot.impact.state import (
     ContactState,
     CREEP,
@@ -69,9 +59,7 @@ from billiard_shot.impact.state import (
     stop_slip,
     Workspace,
 )
-from billiard_shot.impact.taylor import explicit_step
-from billiard_shot.impact.transitions import apply, deactivate, set_onset_direction
-from billiard_shot.impact.turning import turn_normals
+from billiard_shot.impact.taylor import advance, explicit_step
 from billiard_shot.status import BUDGET_EXCEEDED, INFINITE_SEQUENCE, NEGATIVE_ENERGY
 
 SHORT_STEP_ORDERS = 3  # that a step does not need if it ends when normals turn
@@ -83,7 +71,7 @@ def integrate(
     m: Model, contacts: list[ContactState], ws: Workspace, p: ImpactProgress, log: list[PhaseLog]
 ) -> bool:
     """
-    Integrate a collision until it is over, or a section of it ends (geometric_tail.py).
+    Integrate a collision until it is over, or a section of it ends (ending.py).
 
     Returns whether it is over; then `p.status` says how it ended.
     """
@@ -507,3 +495,48 @@ def log_phase(
             row.impulse, row.impulse_1 = impulse_along(c, 0), impulse_along(c, 1)
             row.impulse_2 = impulse_along(c, 2)
         row.energy = spring_energy(c)
+
+
+@inner
+def logged_contacts(contacts: list[ContactState]) -> int:
+    """Return the number of contacts that are not shafts."""
+    count = len(contacts)
+    while count > 0 and contacts[count - 1].normal_mode == SHAFT:
+        count -= 1
+    return count
+
+
+@inner
+def may_strike_again(contacts: list[ContactState], ws: Workspace) -> bool:
+    """Whether an end that swings may still bring its tip back to a ball."""
+    for j in range(len(contacts)):
+        shaft = contacts[j]
+        if shaft.normal_mode == SHAFT:
+            response = ws.delassus[3 * j + 1][3 * j + 1]
+            stiffness = shaft.spring * response  # of the swing: its squared frequency
+            rate = max(shaft.damping * response, sqrt(stiffness))
+            x, y, speed = shaft.shift_1[0], shaft.shift_2[0], slip_speed(shaft)
+            aside = sqrt(x * x + y * y)
+            if speed + rate * aside > METHOD_OPTIONS.swing_left:
+                fastest = sqrt(speed * speed + stiffness * aside * aside)
+                for k in range(len(contacts)):
+                    c = contacts[k]
+                    opens = c.normal_mode == INACTIVE and c.hold == FREE
+                    if opens and c.body_a == shaft.body_a and reaches(c, shaft, ws, fastest):
+                        return True
+    return False
+
+
+@inner
+def reaches(c: ContactState, shaft: ContactState, ws: Workspace, fastest: float) -> bool:
+    """Whether tip and ball approach if the end swings back as fast as it can, or stops."""
+    x, y, z = separation_coefficient(c, ws, PLACE_ROWS, 0)
+    size = sqrt(x * x + y * y + z * z)
+    swings = 0.0  # along the line of centres
+    for k, along in enumerate((x, y, z)):
+        across = shaft.slip_1[0] * shaft.tangent_1[k] + shaft.slip_2[0] * shaft.tangent_2[k]
+        swings += along * across / size
+    axis = ws.bodies[c.body_a].axis
+    cosine = (x * axis[0] + y * axis[1] + z * axis[2]) / size
+    sideways = sqrt(max(1.0 - cosine * cosine, 0.0))
+    return c.velocity[0] - swings < sideways * fastest

@@ -1,25 +1,4 @@
-"""
-Bodies that move while they collide: balls, the tips of cues, and fixed planes and edges.
-
-The impulses of a step, and their integrals over its time, move the bodies. Only while an open
-contact may close, places are polynomials, like the forces: they give the distance of its bodies,
-and it closes at the distance at which it last ended. An open contact has no rows in W. When it
-closes, it gets its normal and its rows. Its force is zero then, so its law keeps the energy
-balance.
-
-A pressed contact takes its normal anew after each `Model.interval`, except if its `keeps_normal`
-is set (turning.py). The velocities of the bodies and the compression of the spring do not change
-then, so neither does the energy.
-
-A tip moves along the axis of its cue, and across it with the light end of the cue. A shaft may
-hold that end (shaft.py); it swings back to the axis at the end of the collision. Without a shaft
-it does so at once when tip and ball part, and loses its energy across. The tip is set back
-along the axis so far that it does not overlap the ball. If the ball comes toward it there, the
-ball holds the end aside without force, until the tip is clear of the ball or the ball meets
-another body.
-
-Spins are multiplied by the radius, so they are velocities.
-"""
+"""Bodies that move while they collide: balls, the tips of cues, and fixed planes and edges."""
 
 from math import sqrt
 
@@ -40,9 +19,8 @@ from billiard_shot.impact.state import (
     Workspace,
 )
 from billiard_shot.numerics import rounding
-from billiard_shot.numerics.frames import contact_axes
 from billiard_shot.numerics.polynomial import evaluate
-from billiard_shot.numerics.vectors import dot
+from billiard_shot.numerics.vectors import contact_axes, dot
 from billiard_shot.records import Floats, Vector
 
 # Rows of a body in `Workspace.motion`, three each. Only places are polynomials.
@@ -420,7 +398,7 @@ def take_normal(
     contacts, ws, j
         The contacts, the workspace, and the number of the contact.
     lead : float
-        The normal is that of so much later, see turning.py.
+        The normal is that of so much later, see beginning.py.
 
     """
     c, impulse = contacts[j], ws.vector[0]
@@ -450,8 +428,8 @@ def turn_axes(c: ContactState, ws: Workspace, lead: float) -> None:
     """
     Align the axes of a contact with its bodies; turn the first tangent as little as possible.
 
-    The axes are those of a time `lead` later, with the factor 1/3 for accelerations of turning.py.
-    The normal of a shaft is the axis of its cue.
+    The axes are those of a time `lead` later, with the factor 1/3 for accelerations of
+    beginning.py. The normal of a shaft is the axis of its cue.
     """
     axes, direction = ws.polynomials, c.normal
     x, y, z = separation_coefficient(c, ws, PLACE_ROWS, 0)

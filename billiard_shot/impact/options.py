@@ -1,8 +1,43 @@
-"""All numbers that steer the solver, each with its unit and its reason."""
+"""Laws of restitution, and all numbers that steer the solver, with their units and reasons."""
 
 from typing import NamedTuple
 
 from billiard_shot.compiled import inner
+
+BISTIFFNESS, ENERGETIC, POISSON = 0, 1, 2
+LAWS = {'bistiffness': BISTIFFNESS, 'energetic': ENERGETIC, 'poisson': POISSON}
+
+
+class Opening(NamedTuple):
+    """Opening of a spring after its compression; the numbers have no unit."""
+
+    rate: float  # opening speed of the spring relative to the speed at which the bodies part
+    end: float  # compression at which the contact ends, relative to the peak
+    lost: float  # share of the energy that is lost while the spring opens
+
+
+@inner
+def opening(law: int, restitution: float, exponent: float) -> Opening:
+    """
+    Return the opening of springs by a law.
+
+    Law poisson opens a spring until its impulse is complete (events.py). The contact may then end
+    before the spring is relaxed, or need more energy than the spring has.
+    """
+    if restitution == 0.0:
+        return Opening(1.0, 1.0, 0.0)
+    square = restitution * restitution
+    if law == BISTIFFNESS:
+        return Opening(1.0 / square, 0.0, 1.0 - square)
+    if law == ENERGETIC:
+        return Opening(1.0, (1.0 - square) ** (1.0 / (exponent + 1.0)), 0.0)
+    return Opening(1.0, 0.0, 0.0)
+
+
+@inner
+def elastic_energy(stiffness: float, compression: float, exponent: float) -> float:
+    """Energy in a contact's spring; zero at an open contact."""
+    return stiffness * max(compression, 0.0) ** (exponent + 1.0) / (exponent + 1.0)
 
 
 class Options(NamedTuple):
@@ -132,7 +167,7 @@ class Options(NamedTuple):
     tail_after : int
         Events after which a sequence of impacts may be summed as a geometric series.
     max_section_events : int
-        Events without the end of a section (geometric_tail.py), after which another contact is
+        Events without the end of a section (ending.py), after which another contact is
         chosen to count sections by.
     max_tail_ratio : float
         A sequence that decays more slowly is not summed as a series: its differences are only

@@ -11,7 +11,7 @@ from billiard_shot.records import Floats, record, Storage, Vector3
 
 MAX_COEFFICIENTS = 26  # of a step's polynomials
 IMPLICIT_STAGES = 8  # of an implicit step
-HISTORY = 15  # sections of a sequence that are kept, see geometric_tail.py
+HISTORY = 15  # sections of a sequence that are kept, see ending.py
 SECTION = 10  # numbers that a section has for each contact
 
 Series = Annotated[Any, MAX_COEFFICIENTS]
@@ -24,7 +24,7 @@ class NormalMode(IntEnum):
     INACTIVE = 0
     COMPRESSION = 1
     RESTITUTION = 2
-    SHAFT = 3  # it is the shaft of a cue, which has no normal force (shaft.py)
+    SHAFT = 3  # it is the shaft of a cue, which has no normal force (integrator.py)
 
 
 class FrictionMode(IntEnum):
@@ -43,7 +43,7 @@ class FrictionMode(IntEnum):
     SLIP_ONSET = 5  # the slip is exactly zero and about to grow along the slip direction
     CREEP = 6  # it slips so slowly that the forces set the slip direction: a stiff equation
     ELASTIC = 7  # a spring and a dashpot resist the slip
-    GRIP = 8  # a spring beside the normal one takes the slip up (shear.py)
+    GRIP = 8  # a spring beside the normal one takes the slip up (friction.py)
     DRAG = 9  # that spring is at the friction cone, and slides
 
 
@@ -87,7 +87,7 @@ class ContactState:
     decay: float  # the coefficient at slip v is friction - fading (1 - exp(-decay v))
     spring: float  # that resists slip, with a dashpot, if the friction is ELASTIC
     damping: float
-    shear: float  # tangential stiffness relative to the normal one (shear.py); 0: rigid
+    shear: float  # tangential stiffness relative to the normal one (friction.py); 0: rigid
     restitution: float
     early_softening: float  # of the restitution, see `ContactProperties`
     softening: float
@@ -146,7 +146,7 @@ class ContactState:
     coefficient: Series  # of friction, if slip lowers it; and the normal force times the direction
     press_1: Series
     press_2: Series
-    sliding: Series  # speed at which a contact slides that shears; q of shear.py if it grips
+    sliding: Series  # speed at which a contact slides that shears; q of friction.py if it grips
     node_velocity: Nodes  # the same at the stages of an implicit step
     node_slip_1: Nodes
     node_slip_2: Nodes
@@ -165,7 +165,7 @@ class ImpactProgress:
     steps: int
     steps_since_event: int
     events: int
-    section: int  # contact that sections are counted by, -1: none yet; see geometric_tail.py
+    section: int  # contact that sections are counted by, -1: none yet; see ending.py
     section_start: int  # number of events when the section began
     sections: int  # recorded so far
     event_hash: int  # of the events in this section
@@ -176,7 +176,7 @@ class ImpactProgress:
     phase_open: bool  # the motion went on since the last phase was logged
     stiff: int  # contacts that needed an implicit step last
     next_turn: float  # time at which pressed contacts take their normals anew
-    first_end: float  # time at which first no contact was active while an end swung (shaft.py)
+    first_end: float  # time at which first no contact was active while an end swung
     energy: float  # kinetic, of bodies that move, when the collision began
     max_slid_to_peak: float  # this and the next three as of `TipLimits`
     max_slid: float
@@ -248,7 +248,7 @@ class Workspace(NamedTuple):
     # (IMPLICIT_STAGES, IMPLICIT_STAGES) from values at the nodes to integrals at the nodes
     integral: Any
     monomial: Any  # (IMPLICIT_STAGES, IMPLICIT_STAGES) from values at the nodes to coefficients
-    history: Any  # (HISTORY, SECTION N) of geometric_tail.py
+    history: Any  # (HISTORY, SECTION N) of ending.py
     hashes: Any  # (HISTORY,)
     bodies: list[BodyState]  # 2 N + 2, of moving_bodies.py
     motion: Any  # (2 N + 2, 12, MAX_COEFFICIENTS) one matrix per body

@@ -1,6 +1,8 @@
-"""Vectors in space, written out so that they run compiled and interpreted alike."""
+"""Vectors, contact frames and angles, the same compiled and interpreted."""
 
+import math
 from math import inf, nan, sqrt
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,3 +57,30 @@ def perpendicular_unit(v: Vector, n: Vector, unit: Floats) -> bool:
         for i in range(3):
             unit[i] /= length
     return True
+
+
+@inner
+def contact_axes(n: Vector, first: Vector, second: Vector, axes: Floats, at: int) -> None:
+    """
+    Write the axes of a contact as three rows from row `at` on: n and two tangents.
+
+    The first tangent is in the plane of n and `first`, or of n and `second` if `first` is parallel
+    to n, or else in any direction. The second tangent is normal to that plane.
+    """
+    tangent, other = axes[at + 1], axes[at + 2]
+    for i in range(3):
+        axes[at][i] = n[i]
+    if not perpendicular_unit(first, n, tangent) and not perpendicular_unit(second, n, tangent):
+        other[0], other[1], other[2] = (1.0, 0.0, 0.0) if abs(n[0]) < 0.6 else (0.0, 1.0, 0.0)
+        perpendicular_unit(other, n, tangent)
+    cross(n, tangent, other)
+
+
+Angle = TypeVar('Angle', float, NDArray[np.float64])
+
+
+@inner
+def wrapped(angle: Angle) -> Angle:
+    """Return the same angle above -pi and up to pi [rad], or the same angles (n,)."""
+    turned: Angle = angle + math.tau * np.floor((math.pi - angle) / math.tau)
+    return turned

@@ -1,29 +1,69 @@
-"""
-The balls that a camera last saw, and whether they are known well enough for a shot.
-
-A *picture* is a message of detections, also one without any.
-
-- *Always*, the last picture must have been taken within `table_timeout`; a publisher that repeats
-  the time of a picture counts as silent. Pictures may show no ball for `EMPTY_VIEW`.
-- *Before a shot is aimed*, every ball must have been detected within `table_timeout`.
-- *While a shot is aimed*, the cue and the carriage hide balls. If pictures go on, a ball may be
-  unseen for `unseen_timeout`, and counts as lying where it was seen last. The default is ten
-  seconds, because the longest way to an aim takes nine.
-- *While the cue is armed*, it stands still, and hides only balls within `hidden_width` of it.
-  Every other ball must have been detected within `table_timeout`: somebody may have taken it away.
-- *From the goal until the stroke*, every ball must lie at its planned place, as far as is known,
-  and it must be known well enough to notice a motion by 3 mm (`PRECISION`).
-"""
+"""The balls that a camera last saw, and whether they are known well enough for a shot."""
 
 from collections.abc import Collection
 from dataclasses import dataclass
 import math
 from typing import ClassVar
 
-from billiard_shot.perception.heartbeat import Heartbeat
 from billiard_shot.perception.sightings import Balls, moved, uncertain
-from billiard_shot.scene.checks import check
-from billiard_shot.scene.fields import number
+from billiard_shot.scene.fields import check, number
+
+
+@dataclass(slots=True)
+class Heartbeat:
+    """
+    Freshness of an input that must be repeated; times are those of a steady clock [s].
+
+    An input is fresh for `timeout` after its last message was *written*. The time of reception is
+    not used, because a message may have waited in a queue.
+    """
+
+    name: str
+    timeout: float  # longest allowed age of the last message [s]
+    value: bool | None = None  # of the last message, if the input has one
+    news: str = 'message'  # what must be repeated, in words
+    written: float = -math.inf  # time of the last message
+    _valid_from: float = -math.inf
+    _ahead: float = 0.0
+
+    def record(self, written: float, now: float) -> bool:
+        """
+        Record a message; return False if it is ignored.
+
+        A message is ignored if it is older than the last one. It is also ignored if it was written
+        more than `timeout` in the future, because then the clock of its publisher is wrong.
+        """
+        self._ahead = max(written - now, 0.0)
+        if self._ahead > self.timeout or written < self.written:
+            return False
+        self.written = min(written, now)
+        return True
+
+    def forget(self, until: float) -> None:
+        """Treat all messages written before the time `until` as not fresh."""
+        self._valid_from = until
+
+    def stale(self, now: float) -> str:
+        """Return why the input is not fresh; '' if it is."""
+        if self._ahead > self.timeout:
+            return (
+                f'{self.name}: written {self._ahead:.3g} s in the future: the clocks of the '
+                'publisher and of this machine differ'
+            )
+        if self.written == -math.inf:
+            return f'{self.name}: no {self.news} received'
+        if now < self._valid_from:
+            left = self._valid_from - now
+            return (
+                f'{self.name}: not trusted for another {left:.2g} s, because this process paused'
+            )
+        if self.written < self._valid_from:
+            return f'{self.name}: no {self.news} since this process paused'
+        age = now - self.written
+        if age > self.timeout:
+            return f'{self.name}: no {self.news} for {age:.3g} s, limit {self.timeout:g} s'
+        return ''
+
 
 EMPTY_VIEW = 2.0
 """Longest time from the last detection of any ball to the last picture [s]: a covered lens."""

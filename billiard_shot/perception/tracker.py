@@ -32,9 +32,8 @@ from scipy.optimize import linear_sum_assignment
 from billiard_shot.perception.gate import MAX_BALLS, MAX_DEVIATION
 from billiard_shot.perception.sightings import Sighting
 from billiard_shot.records import Array
-from billiard_shot.scene.checks import check
-from billiard_shot.scene.fields import number, whole_number
-from billiard_shot.scene.rack import Place
+from billiard_shot.scene.fields import check, number, whole_number
+from billiard_shot.scene.placement import Place
 
 CHANGE = 36.0
 """

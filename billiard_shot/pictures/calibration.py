@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from billiard_shot.calibration.estimate import advice, Estimate, KEPT
 from billiard_shot.calibration.result import Calibration, Check, quantiles, SPANS
 from billiard_shot.pictures.view import write_text
-from billiard_shot.table.outline import outline_of
+from billiard_shot.table.run.outline import outline_of
 
 Floats = NDArray[np.float64]
 PATHS = '#ffffff', '#f0e442', '#e69f00', '#56b4e9', '#cc79a7', '#000000'

@@ -11,20 +11,20 @@ from typing import Any
 import numpy as np
 
 from billiard_shot.pictures.canvas import has_matplotlib
+from billiard_shot.pictures.colours import ball_colour
 from billiard_shot.pictures.table import draw_balls, shot_figure, table_axes
 from billiard_shot.planning.result import PlanResult
 from billiard_shot.planning.statistics import interval_in_words, percent
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.scene.player import OFFSETS
-from billiard_shot.shot import story
+from billiard_shot.shot import shot as story
+from billiard_shot.shot.play import StrokeBatch
 from billiard_shot.shot.shot import Shot
 from billiard_shot.shot.stroke import Stroke
-from billiard_shot.shot.stroke_batch import StrokeBatch
 from billiard_shot.status import Status
-from billiard_shot.table.colours import ball_colour
-from billiard_shot.table.motion import Motion
-from billiard_shot.table.words import rounded
+from billiard_shot.table.model.motion import Motion
+from billiard_shot.table.run.results import rounded
 
 PICTURE_DPI = 80  # of pictures
 # As on the page of a shot: the face of the cue ball, and where the tip meets it.

@@ -1,21 +1,90 @@
-"""A rack as pages, with a page for each shot that plays it; and as one picture."""
+"""A rack as pages and as one picture; the table of a game, drawn with characters."""
 
 from collections.abc import Sequence
 from html import escape
+from itertools import product
 from pathlib import Path
 from typing import Any
 
-from billiard_shot.embed.core_files import core_script
-from billiard_shot.game.rack import replayed
-from billiard_shot.game.rack_record import PlayedShot, RackRecord
+from billiard_shot.embed.scenes import core_script
+from billiard_shot.game.rack import PlayedShot, RackRecord, replayed
+from billiard_shot.game.state import State
 from billiard_shot.pictures.canvas import has_matplotlib, new_figure, save
 from billiard_shot.pictures.table import draw_start_and_rest, draw_table, draw_trails
 from billiard_shot.pictures.trails import trails_of
 from billiard_shot.pictures.view import page_of
 from billiard_shot.scene import Scene
 from billiard_shot.scene.errors import reason
+from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.shot import Shot
-from billiard_shot.table.outline import outline_of
+from billiard_shot.table.run.outline import outline_of
+from billiard_shot.table.run.results import ball_in_words
+
+COLUMNS = 67
+ROW = 2.0  # height of a character, in widths
+CUE, POCKET, HEAD_STRING = '@', 'O', ':'
+
+
+def table_text(state: State) -> str:
+    """
+    Draw the balls of a state on the table, with its pockets, its head string and its size [m].
+
+    The foot of the table is to the right. Balls that are too near to each other for the size of
+    the characters are drawn beside their places.
+    """
+    rows = round(COLUMNS * state.width / state.length / ROW)
+    cells = [[' '] * COLUMNS for _ in range(rows)]
+    for line in cells:
+        line[COLUMNS // 4] = HEAD_STRING
+    taken: set[tuple[int, int]] = set()
+    labels = {ball: _label(ball) for ball in state.balls}
+    for ball, label in labels.items():
+        x, y = state.balls[ball]
+        across = (x / state.length + 0.5) * COLUMNS - 0.5 * len(label)
+        down = (0.5 - y / state.width) * rows - 0.5
+        row, column = min(
+            (
+                place
+                for place in product(range(rows), range(COLUMNS - len(label) + 1))
+                if not any((place[0], place[1] + i) in taken for i in range(-1, len(label) + 1))
+            ),
+            key=lambda place: (ROW * (place[0] - down)) ** 2 + (place[1] - across) ** 2,
+        )
+        cells[row][column : column + len(label)] = label
+        taken |= {(row, column + i) for i in range(len(label))}
+    named = state.game.pockets
+    x, y = 0.5 * state.length, 0.5 * state.width
+    key = [f'{labels[ball]} {ball_in_words(ball)}' for ball in labels if not ball.isdecimal()]
+    return '\n'.join(
+        [
+            *([_spread(*(f'{end}_left' for end in ('head', 'side', 'foot')))] if named else []),
+            f'{_edge(named)} y {y:.2f}',
+            *(f'|{"".join(line)}|' for line in cells),
+            f'{_edge(named)} y {-y:.2f}',
+            *([_spread(*(f'{end}_right' for end in ('head', 'side', 'foot')))] if named else []),
+            _spread(f'x {-x:.2f}', ', '.join([*key, f'{HEAD_STRING} head string']), f'x {x:.2f}'),
+        ]
+    )
+
+
+def _label(ball: str) -> str:
+    """One or two characters for a ball."""
+    if ball == CUE_BALL:
+        return CUE
+    return ball if ball.isdecimal() else ball[0].upper()
+
+
+def _edge(pockets: bool) -> str:
+    corner = POCKET if pockets else '+'
+    half = '-' * ((COLUMNS - 1) // 2)
+    return f'{corner}{half}{POCKET if pockets else "-"}{half}{corner}'
+
+
+def _spread(left: str, middle: str, right: str) -> str:
+    """Put words at the left end, in the middle and at the right end of a line."""
+    text = middle.center(COLUMNS + 2)
+    return left + text[len(left) : COLUMNS + 2 - len(right)] + right
+
 
 RACK_PANELS_PER_ROW = 4  # panels side by side
 

@@ -15,13 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from billiard_shot.pictures.canvas import add_legend, new_figure, save
-from billiard_shot.pictures.trails import path_colours, Trails, trails_of
-from billiard_shot.scene import Scene
-from billiard_shot.scene.placement import CUE_BALL
-from billiard_shot.shot.shot import Shot
-from billiard_shot.shot.stroke import Stroke
-from billiard_shot.status import Status
-from billiard_shot.table.colours import (
+from billiard_shot.pictures.colours import (
     ball_colour,
     BLACK,
     BLUE,
@@ -32,10 +26,15 @@ from billiard_shot.table.colours import (
     PURPLE,
     VERMILION,
 )
-from billiard_shot.table.motion import Motion
-from billiard_shot.table.outline import outline_of
-from billiard_shot.table.trajectory import EventKind
-from billiard_shot.table.words import ball_in_words
+from billiard_shot.pictures.trails import path_colours, Trails, trails_of
+from billiard_shot.scene import Scene
+from billiard_shot.scene.placement import CUE_BALL
+from billiard_shot.shot.shot import Shot
+from billiard_shot.shot.stroke import Stroke
+from billiard_shot.status import Status
+from billiard_shot.table.model.motion import Motion
+from billiard_shot.table.run.outline import outline_of
+from billiard_shot.table.run.results import ball_in_words, EventKind
 
 CLOTH_COLOUR, CUSHION_COLOUR, WOOD_COLOUR, HOLE_COLOUR = '#dfeae3', '#b7cfc0', '#c9ad8c', '#3b3b3b'
 PICTURE_WIDTH = 9.0  # inches of a picture

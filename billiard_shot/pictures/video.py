@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.pictures.canvas import require_matplotlib
-from billiard_shot.pictures.cue_motion import cue_motion
+from billiard_shot.pictures.colours import BLACK
 from billiard_shot.pictures.table import (
     draw_balls,
     draw_cue,
@@ -20,12 +20,11 @@ from billiard_shot.pictures.table import (
     shot_title,
     table_axes,
 )
-from billiard_shot.pictures.trails import OFF_CLOTH, path_colours, Trails, trails_of
+from billiard_shot.pictures.trails import cue_motion, OFF_CLOTH, path_colours, Trails, trails_of
 from billiard_shot.scene.errors import reason
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.shot import Shot
-from billiard_shot.table.colours import BLACK
-from billiard_shot.table.motion import Motion
+from billiard_shot.table.model.motion import Motion
 
 Draw = Callable[[NDArray[np.float64]], Iterator[NDArray[np.uint8]]]
 

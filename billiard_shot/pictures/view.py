@@ -17,18 +17,15 @@ import tempfile
 from typing import Any
 import webbrowser
 
-from billiard_shot.embed.core_files import core_script
-from billiard_shot.embed.equipment import equipment_of
-from billiard_shot.embed.page_scene import export_scene
-from billiard_shot.embed.page_state import start_of
+from billiard_shot.embed.page_state import equipment_of, start_of
+from billiard_shot.embed.scenes import core_script, export_scene
+from billiard_shot.pictures.colours import ball_colour, is_striped
 from billiard_shot.scene import Scene, SceneLike
 from billiard_shot.scene.errors import reason
-from billiard_shot.shot.accuracy import DEFAULT_SHOT_TOLERANCE
-from billiard_shot.shot.setting import setting_of
+from billiard_shot.shot.play import DEFAULT_SHOT_TOLERANCE, setting_of
 from billiard_shot.shot.shot import Shot
-from billiard_shot.table.colours import ball_colour, is_striped
-from billiard_shot.table.outline import outline_of
-from billiard_shot.table.words import HAPPENS
+from billiard_shot.table.run.outline import outline_of
+from billiard_shot.table.run.results import HAPPENS
 
 SCRIPTS = (
     'vectors.js',

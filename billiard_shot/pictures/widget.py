@@ -7,7 +7,7 @@ from typing import Any
 from billiard_shot.embed.page_state import played, scene_in, start_of, stroke_in
 from billiard_shot.pictures.view import page_of, page_of_scene
 from billiard_shot.scene import Scene, SceneLike
-from billiard_shot.shot.accuracy import DEFAULT_SHOT_TOLERANCE
+from billiard_shot.shot.play import DEFAULT_SHOT_TOLERANCE
 from billiard_shot.shot.predict import predict
 from billiard_shot.shot.shot import Shot
 from billiard_shot.shot.stroke import Stroke

@@ -1,7 +1,7 @@
 """
 Direct shots: the cue ball sends a ball straight into a pocket. Found and rated in closed form.
 
-The directions that pot the ball (pot_directions.py) are an interval. By the geometry of the
+The directions that pot the ball (pockets.py) are an interval. By the geometry of the
 contact and the throw they become an interval of azimuths of the cue ball. A direct shot aims at
 its middle. The errors of the player turn the azimuth by a normal error, so that the chance is the
 probability that this error stays within half of the interval, and that the error of the speed lets
@@ -15,8 +15,8 @@ import math
 from typing import Any, NamedTuple
 
 from billiard_shot.compiled import entry, inner
-from billiard_shot.numerics.angles import wrapped
-from billiard_shot.planning.pot_directions import (
+from billiard_shot.numerics.vectors import wrapped
+from billiard_shot.planning.pockets import (
     ARRIVALS,
     ball_fits,
     Directions,
@@ -31,12 +31,11 @@ from billiard_shot.planning.pot_directions import (
 from billiard_shot.records import Floats, record, Storage
 from billiard_shot.scene.player import AZIMUTH
 from billiard_shot.shot.ghost_ball import cut_of_path, grazing, path_of_line
-from billiard_shot.shot.raising import clear_elevation, example_raising, Raising
-from billiard_shot.table.ball_collision import friction_of_balls
-from billiard_shot.table.clearance import BUTT
-from billiard_shot.table.cloth import rolling_after, rolling_share, speed_to_arrive
-from billiard_shot.table.geometry import PackedTable, POCKETS
-from billiard_shot.table.params import BallClothParams
+from billiard_shot.shot.lowest_elevation import clear_elevation, example_raising, Raising
+from billiard_shot.table.contacts.balls import friction_of_balls
+from billiard_shot.table.model.geometry import BallClothParams, PackedTable, POCKETS
+from billiard_shot.table.motion.cloth import rolling_after, rolling_share, speed_to_arrive
+from billiard_shot.table.strike.placement import BUTT
 
 THINNEST = math.cos(math.radians(80.0))  # cosine of the largest cut that is tried
 # Speeds [m/s], elevations, and their step [rad], of `CentralStrikes`.

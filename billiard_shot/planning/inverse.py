@@ -17,12 +17,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from billiard_shot.planning.statistics import quasi_random
-from billiard_shot.planning.strikes import strike_alone
+from billiard_shot.planning.within_noise import strike_alone
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene, SceneLike
 from billiard_shot.scene.errors import refused
+from billiard_shot.scene.fields import as_floats
 from billiard_shot.scene.player import A, AZIMUTH, B, ELEVATION, SPEED
-from billiard_shot.scene.values import as_floats
 from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.strike_model import StrikeModel
 from billiard_shot.shot.stroke import Stroke

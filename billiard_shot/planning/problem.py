@@ -1,15 +1,17 @@
-"""A planning problem as arrays: made once, then sent to the workers that evaluate strokes."""
+"""A planning problem as arrays, made once; the limits of its strokes, the errors of its places."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
+from itertools import combinations
 import math
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.planning.limits import Limits
+from billiard_shot.numerics.vectors import wrapped
 from billiard_shot.planning.score import Goal, Kind
 from billiard_shot.planning.targets import (
     ANY,
@@ -24,12 +26,154 @@ from billiard_shot.planning.targets import (
     Target,
 )
 from billiard_shot.records import Array, ROWS
-from billiard_shot.scene import Noise, Scene
-from billiard_shot.shot.setting import Setting, setting_of
-from billiard_shot.shot.strike_model import StrikeModel
-from billiard_shot.table.geometry import layout_of, POCKETS
-from billiard_shot.table.run import POCKET_NAMES
-from billiard_shot.table.simulation_state import BallRule
+from billiard_shot.scene import Noise, Robot, Scene
+from billiard_shot.scene.errors import found_in, InputError, Mistake, must_be_one_of, unknown
+from billiard_shot.scene.fields import check_type, one_or_many, read
+from billiard_shot.scene.player import A, AZIMUTH, B, ELEVATION, SPEED
+from billiard_shot.shot.lowest_elevation import first_clear, Margins, margins_for
+from billiard_shot.shot.play import Setting, setting_of
+from billiard_shot.shot.strike_model import StrikeModel, tip_reach
+from billiard_shot.table.model.geometry import POCKETS
+from billiard_shot.table.model.motion import BallRule
+from billiard_shot.table.run.layout import layout_of
+from billiard_shot.table.run.results import POCKET_NAMES
+from billiard_shot.table.run.states import TableStates
+
+BALL_CONSTRAINTS = ('first_contact', 'keep')  # constraints that name balls
+DIRECTIONS = 72  # in which the clearance of the cue is checked
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """
+    Limits of planned strokes.
+
+    Parameters
+    ----------
+    robot : Robot
+    first_contact : tuple of str
+        One of these balls must be met before any other, as the rules of many games demand; if
+        empty, any ball may be met first.
+    keep : tuple of str
+        Balls that must not be pocketed.
+    margins : Margins
+        Of the clearance of the cue.
+
+    """
+
+    robot: Robot
+    first_contact: tuple[str, ...]
+    keep: tuple[str, ...]
+    margins: Margins
+
+    @property
+    def elevations(self) -> tuple[float, float]:
+        """Smallest and largest elevation [rad]."""
+        robot = self.robot
+        return math.radians(robot.elevation_min_deg), math.radians(robot.elevation_max_deg)
+
+    def clip(self, strokes: Array) -> Array:
+        """Return the nearest strokes (n, 5) within the robot's limits."""
+        robot, clipped = self.robot, strokes.copy()
+        offset = np.hypot(clipped[:, A], clipped[:, B])
+        clipped[:, :2] *= np.minimum(1.0, robot.offset_max / np.maximum(offset, 1e-12))[:, None]
+        clipped[:, ELEVATION] = np.clip(clipped[:, ELEVATION], *self.elevations)
+        clipped[:, SPEED] = np.clip(clipped[:, SPEED], robot.speed_min, robot.speed_max)
+        middle = math.radians(robot.azimuth_deg)
+        half_range = math.radians(robot.azimuth_half_range_deg)
+        turn = wrapped(clipped[:, AZIMUTH] - middle)
+        if half_range < np.pi:
+            turn = np.clip(turn, -half_range, half_range)
+        clipped[:, AZIMUTH] = wrapped(middle + turn)
+        return clipped
+
+    def allows_azimuth(self, azimuths: Array) -> NDArray[np.bool_]:
+        """Whether the robot can strike in these directions."""
+        away = np.abs(wrapped(azimuths - math.radians(self.robot.azimuth_deg)))
+        half_range = math.radians(self.robot.azimuth_half_range_deg)
+        allowed: NDArray[np.bool_] = away <= half_range + 1e-12
+        return allowed
+
+
+def limits_of(scene: Scene, constraints: Mapping[str, Any] | Robot | None, noise: Noise) -> Limits:
+    """
+    Read constraints; the scene's section `robot` supplies those that are missing.
+
+    Raises
+    ------
+    ValueError
+        Naming every wrong field.
+
+    """
+    margins = margins_for(noise, scene.ball.radius)
+    given = scene.robot if constraints is None else constraints
+    if isinstance(given, Robot):
+        return Limits(given, (), (), margins)
+    check_type('constraints', given, Mapping)
+    data = dict(given)
+    mistakes: list[Mistake] = []
+    chosen = {key: _names(scene, key, data.pop(key, None), mistakes) for key in BALL_CONSTRAINTS}
+    robot, known = scene.robot, asdict(scene.robot)
+    for key in data:
+        if key not in known:
+            mistakes.append(Mistake((str(key),), unknown(str(key), [*known, *BALL_CONSTRAINTS])))
+    try:
+        robot = read(Robot, {**known, **{key: data[key] for key in data if key in known}})
+    except InputError as error:
+        mistakes += found_in(error)
+    if mistakes:
+        raise InputError(mistakes, 'constraints')
+    return Limits(robot, chosen['first_contact'], chosen['keep'], margins)
+
+
+def _names(scene: Scene, key: str, value: Any, mistakes: list[Mistake]) -> tuple[str, ...]:
+    """Read the name of a ball, or several names; add the unknown ones to the mistakes."""
+    names = () if value is None else one_or_many(value)
+    for name in names:
+        if str(name) not in scene.object_balls:
+            mistakes.append(Mistake((key,), must_be_one_of(scene.object_balls, name, 'ball')))
+    return tuple(map(str, names))
+
+
+def raise_for_clearance(scene: Scene, limits: Limits, strokes: Array) -> Array:
+    """
+    Raise the cue of strokes (n, 5) until it clears balls, cushions and cloth.
+
+    Strokes with enough clearance are not changed. Strokes without clearance within the limits
+    become NaN.
+    """
+    lowest, highest = limits.elevations
+    # with errors, a level cue may point up
+    first = max(lowest, min(limits.margins.elevation, highest))
+    low = np.maximum(strokes[:, ELEVATION], first)
+    found = strokes.copy()
+    found[:, ELEVATION] = first_clear(scene, strokes, low, highest, limits.margins)
+    found[np.isnan(found[:, ELEVATION])] = np.nan
+    return found
+
+
+def check_clearance(scene: Scene, limits: Limits) -> None:
+    """Raise ValueError if the cue has no clearance for any stroke at the centre of the ball."""
+    robot = limits.robot
+    strokes = np.zeros((DIRECTIONS, 5))
+    half_range = math.radians(robot.azimuth_half_range_deg)
+    turns = np.linspace(-half_range, half_range, DIRECTIONS)
+    strokes[:, AZIMUTH] = math.radians(robot.azimuth_deg) + turns
+    strokes[:, SPEED] = robot.speed_min
+    free = replace(limits, robot=replace(robot, elevation_max_deg=90.0))
+    needed = raise_for_clearance(scene, free, strokes)[:, ELEVATION]
+    if np.isnan(needed).all():
+        raise ValueError(
+            'constraints: azimuth_deg, azimuth_half_range_deg must allow a direction in which the '
+            f'cue has clearance, got {robot.azimuth_deg:g} and {robot.azimuth_half_range_deg:g} '
+            '(degrees)'
+        )
+    if np.nanmin(needed) > limits.elevations[1]:
+        raise ValueError(
+            'constraints: elevation_max_deg must be at least '
+            f'{math.degrees(np.nanmin(needed)):.3g} beside the obstacles around the cue ball and '
+            f'with the errors of strokes, got {robot.elevation_max_deg:g} (degrees)'
+        )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -165,3 +309,72 @@ def point_of(target: Target) -> tuple[float, float] | None:
             (x, y), (u, v) = target.gate
             return 0.5 * (x + u), 0.5 * (y + v)
     return None
+
+
+NEAR_SIGMAS = 12.0
+"""Balls that are farther apart than this number of standard deviations never overlap."""
+
+
+def draw_places(problem: Problem, draw: np.random.Generator, count: int) -> Array | None:
+    """
+    Draw where the balls really lie, (count, balls, 2) [m]; None if their places are exact.
+
+    Balls that overlap are moved apart along the line of their centres, by the same distance each.
+    If some overlap even then, all balls of that table lie where they are believed to lie.
+    """
+    sigma = problem.noise.balls
+    if not sigma:
+        return None
+    places = problem.places + sigma * draw.standard_normal((count, *problem.places.shape))
+    half = np.array(problem.half_sizes)
+    places = np.clip(places, -half, half)
+    believed, apart = problem.places, 2.0 * problem.radius
+    near = [
+        (i, k)
+        for i, k in combinations(range(len(believed)), 2)
+        if np.hypot(*(believed[i] - believed[k])) < apart + NEAR_SIGMAS * sigma
+    ]
+    for i, k in near:
+        way = places[:, k] - places[:, i]
+        distance = np.hypot(way[:, 0], way[:, 1])
+        push = 0.5 * np.maximum(apart - distance, 0.0) / np.maximum(distance, 1e-9)
+        places[:, i] -= push[:, np.newaxis] * way
+        places[:, k] += push[:, np.newaxis] * way
+    for i, k in near:
+        way = places[:, k] - places[:, i]
+        places[np.hypot(way[:, 0], way[:, 1]) < apart - 1e-9] = believed
+    return places
+
+
+def for_each(strokes: int, places: Array | None) -> Array | None:
+    """Repeat drawn places for each of a number of strokes."""
+    return None if places is None else np.tile(places, (strokes, 1, 1))
+
+
+def as_struck(problem: Problem, strokes: Array, places: Array) -> Array:
+    """
+    Find strokes (n, 5) relative to the cue balls that they meet.
+
+    The contact point moves less than the cue ball does, because the tip is round.
+
+    Parameters
+    ----------
+    problem : Problem
+    strokes : (n, 5) float array
+        Relative to the place where the cue ball is believed to be.
+    places : (n, balls, 2) float array
+        Of the balls [m].
+
+    """
+    met = strokes.copy()
+    _, _, elevation, azimuth, _ = strokes.T
+    x, y = (places[:, 0] - problem.cue_ball).T / tip_reach(problem.model)
+    met[:, 0] -= x * np.sin(azimuth) - y * np.cos(azimuth)
+    met[:, 1] -= (x * np.cos(azimuth) + y * np.sin(azimuth)) * np.sin(elevation)
+    return met
+
+
+def tables_at(problem: Problem, places: Array) -> TableStates:
+    """Make tables whose balls lie at places (n, balls, 2) [m]."""
+    height = np.full((*places.shape[:2], 1), problem.radius)
+    return TableStates(problem.names, np.concatenate([places, height], axis=2))

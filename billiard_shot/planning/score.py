@@ -12,9 +12,10 @@ from typing import Any, NamedTuple
 
 from billiard_shot.compiled import entry, inner
 from billiard_shot.records import Floats, record, Storage
-from billiard_shot.table.geometry import POCKETS
-from billiard_shot.table.motion import (
+from billiard_shot.table.model.geometry import POCKETS
+from billiard_shot.table.model.motion import (
     BALL,
+    BallRule,
     CLUSTER,
     LEFT_TABLE,
     NOTHING,
@@ -22,8 +23,7 @@ from billiard_shot.table.motion import (
     RELEASE,
     SegmentRecord,
 )
-from billiard_shot.table.play_tables import BallOutcome, TableOutcome
-from billiard_shot.table.simulation_state import BallRule
+from billiard_shot.table.run.play_tables import BallOutcome, TableOutcome
 
 PENALTY_STEP = 1.0
 MAX_DISTANCE_PENALTY = 0.99
@@ -43,7 +43,7 @@ class Kind(IntEnum):
     HIT_AT = 5
     POT = 6
     POT_AND_LEAVE = 7
-    FOULS = 8  # only fouls count here; outcome_targets.py adds the rest
+    FOULS = 8  # only fouls count here; runner.py adds the rest
 
 
 TO_REST, PASS, GATE, HIT, HIT_DIRECTION, HIT_AT, POT, POT_AND_LEAVE, FOULS = map(int, Kind)

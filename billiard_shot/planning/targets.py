@@ -1,6 +1,7 @@
-"""Targets of a plan, as people state them; they are checked against the scene."""
+"""Targets of a plan, as people state them, checked against the scene; reached at rest or not."""
 
 # ruff: noqa: RUF009 (the calls in class bodies make fields, as dataclasses.field does)
+
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
@@ -10,7 +11,6 @@ import math
 from typing import Any, TypeAlias
 
 from billiard_shot.scene import Scene
-from billiard_shot.scene.checks import check, read
 from billiard_shot.scene.errors import (
     InputError,
     Mistake,
@@ -20,11 +20,18 @@ from billiard_shot.scene.errors import (
     suggestion,
     unknown,
 )
-from billiard_shot.scene.fields import name, number, point, TAKES, whole_number
-from billiard_shot.scene.placement import CUE_BALL, lying, no_place
-from billiard_shot.scene.rack import Place
-from billiard_shot.scene.values import one_or_many
-from billiard_shot.table.run import POCKET_NAMES
+from billiard_shot.scene.fields import (
+    check,
+    name,
+    number,
+    one_or_many,
+    point,
+    read,
+    TAKES,
+    whole_number,
+)
+from billiard_shot.scene.placement import CUE_BALL, lying, no_place, Place
+from billiard_shot.table.run.results import POCKET_NAMES
 
 ANY = 'any'
 
@@ -417,3 +424,24 @@ def _place(
                     f'{place!r}, {1e3 * apart:.4g} mm from it'
                 ),
             )
+
+
+def reached_at_rest(target: Target, places: Mapping[str, Place]) -> tuple[bool, str]:
+    """Judge by the places [m] of the balls that are left; return whether, and a sentence."""
+    if CUE_BALL not in places:
+        return False, 'not reached: the cue ball is not on the table'
+    wanted = target.pot if isinstance(target, Pot) and ANY not in target.pot else ()
+    fallen = sorted(set(wanted) - set(places))
+    if wanted and not fallen:
+        return False, f'not reached: still on the table: {", ".join(wanted)}'
+    match target:
+        case Rest(rest=point) | Pot(leave=point) if point is not None:
+            apart = math.dist(places[CUE_BALL], point)
+            reached = apart <= target.radius
+            return reached, (
+                f'{"reached" if reached else "not reached"}: the cue ball rests '
+                f'{1e3 * apart:.1f} mm from the point, {1e3 * target.radius:g} mm are allowed'
+            )
+    if fallen:
+        return True, f'reached: pocketed: {", ".join(fallen)}'
+    return True, 'not judged: the balls at rest do not show whether it was reached'

@@ -1,22 +1,315 @@
-"""predict_within_noise(): many strokes, as accurate as the errors of the player call for."""
+"""Many strokes, as accurate as the errors of the player call for; with maps of the strike."""
 
-from collections.abc import Iterator, Mapping
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from functools import lru_cache
 from itertools import chain
 import math
-from typing import Any
+from typing import Any, NamedTuple, TypeAlias
 
-from numpy.typing import ArrayLike
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
-from billiard_shot.planning.noises import accuracy_within, noise_of
-from billiard_shot.planning.strike_map import bounds_of, Cell, Fit, fit_cell, Maps
+from billiard_shot.planning.statistics import quasi_random
 from billiard_shot.records import Array
 from billiard_shot.scene import Noise, Scene, SceneLike
-from billiard_shot.shot.play import play
-from billiard_shot.shot.setting import setting_of
+from billiard_shot.scene.errors import InputError
+from billiard_shot.scene.fields import read
+from billiard_shot.scene.player import A, AZIMUTH, B, SPEED
+from billiard_shot.shot.play import Accuracy, play, setting_of, strike, StrokeBatch
+from billiard_shot.shot.strike_model import StrikeModel
 from billiard_shot.shot.stroke import playable_offsets, read_rows, vectors_of
-from billiard_shot.shot.stroke_batch import StrokeBatch
-from billiard_shot.table.table_states import TableStates
-from billiard_shot.table.threads import in_threads
+from billiard_shot.status import Status
+from billiard_shot.table.run.states import TableStates
+from billiard_shot.table.run.task import in_threads
+from billiard_shot.table.strike.placement import (
+    ALL_SOLVED,
+    EXPONENTS,
+    Mapped,
+    MOTION,
+    SOLVED,
+    TERMS,
+    VARIED,
+)
+
+# Noise of the computer pool tournaments, see `Noise`; no noise at all.
+NOISES = {'tournament': Noise(), 'none': Noise(0.0, 0.0, 0.0, 0.0, 0.0)}
+TRIALS = Accuracy(1e-3, checked=False)  # of the trials of finished plans
+# m: while strokes are compared, trajectories may err by the displacement that the standard error
+# of the azimuth causes over this distance
+ORDINARY_PATH = 2.0
+
+
+def accuracy_within(sigmas: Array) -> Accuracy:
+    """
+    Find the accuracy that the errors of a player call for.
+
+    Parameters
+    ----------
+    sigmas : (5,) float array
+        Standard deviations of a, b (ball radii), elevation, azimuth (rad) and speed (m/s).
+
+    """
+    tolerance = max(TRIALS.tolerance, ORDINARY_PATH * float(sigmas[AZIMUTH]))
+    return TRIALS._replace(tolerance=tolerance, fast_rebounds=True)
+
+
+def noise_of(scene: Scene, noise: str | Noise | Mapping[str, Any] | None) -> Noise:
+    """
+    Read the execution noise of a request; by default that of the scene.
+
+    Raises
+    ------
+    ValueError
+        If it is none of `NOISES`, or a mapping with mistakes.
+
+    """
+    if noise is None:
+        return scene.noise
+    if isinstance(noise, Noise):
+        return noise
+    if isinstance(noise, str) and noise in NOISES:
+        return NOISES[noise]
+    if isinstance(noise, Mapping):
+        try:
+            return read(Noise, noise)
+        except InputError as error:
+            raise InputError(error.mistakes, 'noise') from None
+    raise ValueError(
+        f'noise must be {", ".join(NOISES)} or a mapping of standard deviations, got {noise!r}'
+    )
+
+
+STRIKE_TOLERANCE = 1e-4  # m, of the trajectories
+
+
+class Struck(NamedTuple):
+    """
+    Ball and cue after n strikes.
+
+    Attributes
+    ----------
+    velocity, surface : (n, 3) float arrays
+        Velocity of the ball, and its spin times its radius [m/s]; NaN if the stroke cannot be
+        played.
+    cue_speed : (n,) float array
+        [m/s]
+    regular : (n,) bool array
+        Whether the strike was solved, with one hit and without a miscue.
+    fails : (n,) bool array
+        Whether the stroke cannot be played, or is a miscue or a double hit.
+
+    """
+
+    velocity: Array
+    surface: Array
+    cue_speed: Array
+    regular: NDArray[np.bool_]
+    fails: NDArray[np.bool_]
+
+
+def strike_alone(
+    model: StrikeModel, strokes: Array, tolerance: float = STRIKE_TOLERANCE
+) -> Struck:
+    """Strike the ball with strokes (n, 5), see `vectors_of`."""
+    cues = strike(model, *vectors_of(strokes), tolerance)
+    refused = cues['status'] >= Status.MISS
+    played = np.where(refused, np.nan, 1.0)
+    regular = (cues['status'] == Status.OK) & ~cues['miscue'] & (cues['hits'] == 1)
+    velocity, spin = (played[:, np.newaxis] * cues[name] for name in ('velocity', 'spin'))
+    fails = refused | cues['miscue'] | (cues['double_hit'] == 0.0)
+    return Struck(velocity, model.surface.radius * spin, played * cues['speed'], regular, fails)
+
+
+def along_azimuth(model: StrikeModel, strokes: Array) -> Array:
+    """Turn strokes (n, 5) so that the ball, not the cue, starts along their azimuth."""
+    along_x = strokes.copy()
+    along_x[:, AZIMUTH] = 0.0
+    different, which = np.unique(along_x.round(6), axis=0, return_inverse=True)
+    x, y, _ = strike_alone(model, different).velocity[which.ravel()].T
+    turned = strokes.copy()
+    turned[:, AZIMUTH] -= np.nan_to_num(np.arctan2(y, x))
+    return turned
+
+
+SIZES = np.array([0.2, 0.1, 0.08])  # of the largest cells: a and b (ball radii), elevation (rad)
+SPEED_RATIO = 2.0  # of the fastest and the slowest stroke of a cell
+LEVELS = 4  # sizes of cells, each half of the last
+FITTED_STRIKES, HELD_OUT = 40, 14  # exact strikes in a cell
+# Their places in the cell, -1 to 1: the first are near its corners, where miscues begin. No two of
+# the first half of the corners, which are solved first, are neighbours.
+SIGNS = 2.0 * np.array(list(np.ndindex(*(2,) * len(VARIED)))) - 1.0
+CORNERS = 0.98 * SIGNS[np.argsort(-SIGNS.prod(axis=1), kind='stable')]
+PROBES = len(CORNERS) // 2
+INSIDE = 2.0 * quasi_random(FITTED_STRIKES + HELD_OUT - len(CORNERS), len(VARIED)) - 1.0
+PLACES = np.concatenate([CORNERS, INSIDE])
+TERMS_THERE = np.prod(PLACES[:, np.newaxis] ** EXPONENTS, axis=2)
+LEAST_SQUARES = np.linalg.pinv(TERMS_THERE[:FITTED_STRIKES])
+FEWEST = 24  # strokes of a search in a cell: with fewer, a fit does not pay
+# Errors of a map that do not matter, in standard deviations of the player: in a search, and in the
+# trials whose success is stated. A shift by the second changes a success by at most 0.8 points,
+# because the density of a normal error is at most 0.4.
+DEVIATION_SHARE, STRICT_SHARE = 0.2, 0.02
+USUAL_SPEED, FASTEST = 2.0, 18.0  # m/s: faster strokes are not mapped
+
+Cell: TypeAlias = tuple[int, int, int, int, int]
+"""Level; how many sizes of a cell of this level its corner is away from zero; its slowest stroke.
+
+The last one is a power of SPEED_RATIO, in m/s.
+"""
+
+
+def extent_of(cell: Cell) -> tuple[Array, Array]:
+    """Return the middle (4,) of a cell, and half of its sizes, in the units of `Mapped`."""
+    level, *corner, power = cell
+    slowest, sizes = SPEED_RATIO**power, SIZES / 2**level
+    half = 0.5 * np.append(sizes, (SPEED_RATIO - 1.0) * slowest)
+    return np.append(corner * sizes, slowest) + half, half
+
+
+class Fit(NamedTuple):
+    """The strikes of a cell along +x, over the speed of the cue."""
+
+    coefficients: Array  # (TERMS, MOTION), see `Mapped`
+    # (MOTION,) root mean square in held-out strikes, spins times radius; or infinite
+    errors: Array
+    divides: bool  # whether smaller cells of it may be fitted
+
+
+class Maps:
+    """
+    The cells that one search uses.
+
+    Parameters
+    ----------
+    model : StrikeModel
+    bounds : (MOTION,) float array
+        Errors of velocity, of spin times radius, and of cue speed, that do not matter, see
+        `bounds_of`.
+    slower_than : float
+        Speed of the cue from which on strokes are not mapped [m/s], see `reaching_speeds`.
+
+    """
+
+    def __init__(self, model: StrikeModel, bounds: Array, slower_than: float = math.inf) -> None:
+        self.model, self.bounds, self.slower_than = model, bounds, min(slower_than, FASTEST)
+        # Without errors of the player, every error of a map matters.
+        self.applies = bool(bounds.any())
+        self.fits = fits_of(model)
+        self._strokes: Counter[Cell] = Counter()  # of this search so far
+
+    def mapped(
+        self,
+        strokes: Array,
+        fit: Callable[[list[Cell]], Iterable[Fit]],
+        *,
+        strict: bool = False,
+    ) -> Mapped:
+        """
+        Choose the cells by which strokes (n, 5) are mapped, and fit those that are missing.
+
+        A stroke that is NaN is not mapped; none is if the player makes no errors.
+
+        Parameters
+        ----------
+        strokes : (n, 5) float array
+        fit : callable
+            Of a list of cells: what `fit_cell` returns for each.
+        strict : bool
+            Whether errors must be within `STRICT_SHARE`, not only within `DEVIATION_SHARE`.
+
+        """
+        if not self.applies:
+            return ALL_SOLVED
+        number = np.full(len(strokes), SOLVED)
+        bounds = self.bounds * (STRICT_SHARE / DEVIATION_SHARE if strict else 1.0)
+        left = np.flatnonzero(strokes[:, SPEED] < self.slower_than)
+        used: list[Cell] = []
+        for level in range(LEVELS):
+            if not len(left):
+                break
+            cells, owner, counts = _cells_of(strokes[left], level)
+            self._strokes.update(dict(zip(cells, counts, strict=True)))
+            # Whether a fit pays depends only on this search, not on cells that are fitted.
+            pays = [self._strokes[cell] >= FEWEST for cell in cells]
+            missing = [
+                cell
+                for cell, each in zip(cells, pays, strict=True)
+                if each and cell not in self.fits
+            ]
+            self.fits.update(zip(missing, fit(missing), strict=True))
+            numbers = np.full(len(cells), SOLVED)
+            divided = np.zeros(len(cells), np.bool_)
+            for i in np.flatnonzero(pays).tolist():
+                divided[i] = self.fits[cells[i]].divides
+                if (self.fits[cells[i]].errors <= bounds).all():
+                    numbers[i], divided[i] = len(used), False
+                    used.append(cells[i])
+            number[left] = numbers[owner]
+            left = left[divided[owner]]
+        extents = np.array([extent_of(cell) for cell in used]).reshape(-1, 2, len(VARIED))
+        coefficients = [self.fits[cell].coefficients for cell in used]
+        stacked = np.array(coefficients).reshape(-1, TERMS, MOTION)
+        return Mapped(strokes, number, extents[:, 0], extents[:, 1], stacked)
+
+
+@lru_cache(maxsize=8)
+def fits_of(model: StrikeModel) -> dict[Cell, Fit]:
+    """Return the fits that searches of this process have made so far."""
+    return {}
+
+
+def bounds_of(sigmas: Array) -> Array:
+    """
+    Find errors of a map that do not matter beside the errors of the player.
+
+    Parameters
+    ----------
+    sigmas : (5,) float array
+        Standard deviations of a, b (ball radii), elevation, azimuth (rad) and speed (m/s).
+
+    Returns
+    -------
+    (MOTION,) float array
+        Errors of velocity, of spin times radius, and of cue speed, relative to the cue speed. An
+        offset changes the spin of a solid ball by 5/2 of the velocity.
+
+    """
+    along, spin = sigmas[SPEED] / USUAL_SPEED, 2.5 * min(sigmas[A], sigmas[B])
+    return DEVIATION_SHARE * np.array([along, sigmas[AZIMUTH], along, spin, spin, spin, along])
+
+
+def fit_cell(model: StrikeModel, cell: Cell) -> Fit:
+    """Fit a polynomial to exact strikes in a cell, and find its error in others."""
+    strokes, (middle, half) = np.zeros((len(PLACES), 5)), extent_of(cell)
+    strokes[:, VARIED] = middle + half * PLACES
+    regular = strike_alone(model, strokes[:PROBES]).regular
+    if regular.all():
+        struck = strike_alone(model, strokes)
+        regular = struck.regular
+    if not regular.all():
+        return Fit(np.zeros((TERMS, MOTION)), np.full(MOTION, np.inf), bool(regular.mean() > 0.5))
+    exact = np.column_stack(struck[:3]) / strokes[:, [SPEED]]
+    found: Array = LEAST_SQUARES @ exact[:FITTED_STRIKES]
+    errors: Array = TERMS_THERE[FITTED_STRIKES:] @ found - exact[FITTED_STRIKES:]
+    found[:, 3:6] /= model.surface.radius
+    return Fit(found, np.sqrt((errors**2).mean(axis=0)), divides=True)
+
+
+def _cells_of(strokes: Array, level: int) -> tuple[list[Cell], NDArray[np.int64], list[int]]:
+    """Find the cells of a level, the number of the cell of each stroke, and strokes in each."""
+    places = strokes[:, VARIED]
+    places[:, :3] /= SIZES / 2**level
+    places[:, 0] = np.abs(places[:, 0])
+    places[:, 3] = np.log(places[:, 3]) / math.log(SPEED_RATIO)
+    indices = np.floor(places).astype(np.int64)
+    a, b, elevation, speed = indices.T
+    keys = ((a * 4096 + b + 2048) * 4096 + elevation + 2048) * 4096 + speed + 2048
+    _, first, owner, counts = np.unique(
+        keys, return_index=True, return_inverse=True, return_counts=True
+    )
+    cells: list[Cell] = [(level, *corner) for corner in indices[first].tolist()]
+    return cells, owner, counts.tolist()
 
 
 def predict_within_noise(

@@ -1,10 +1,16 @@
-"""Client of the nodes: waits for them, predicts, plans, plays, and watches the table."""
+"""Client of the nodes, and the programs that use it: what they print, and what is typed."""
 
-from collections.abc import Callable, Iterator
+import argparse
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
+import gc
 import math
+import os
+import select
+import signal
+import sys
 from time import monotonic
-from typing import Any
+from typing import Any, TextIO
 import uuid
 
 from billiard_shot_msgs.action import ExecuteShot, PlanShot
@@ -18,17 +24,24 @@ from rclpy.duration import Duration
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.publisher import Publisher
+from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 from std_msgs.msg import Bool, Header
 
 from billiard_shot import Scene, Stroke
-from billiard_shot.cue.outcome import GoalOutcome, RefusedError
+from billiard_shot.cli.stroke_options import add_stroke_arguments
+from billiard_shot.cue.plan import GoalOutcome, RefusedError
 from billiard_shot.cue.safety import SafetyState
-from billiard_shot.perception.resting import RestWatch
-from billiard_shot.perception.sightings import Balls
+from billiard_shot.perception.sightings import Balls, RestWatch
 from billiard_shot.ros import conversions, cue_conversions
-from billiard_shot.ros.node_runner import BURST, EVERY_STATE, LATCHED
-from billiard_shot.ros.writing_time import UNKNOWN_NODE
+from billiard_shot.ros.node_runner import (
+    BURST,
+    EVERY_STATE,
+    initialized,
+    LATCHED,
+    steady_timer,
+    UNKNOWN_NODE,
+)
 from billiard_shot.scene.errors import printable
 from billiard_shot.scene.placement import CUE_BALL
 
@@ -441,3 +454,96 @@ def result_of(future: 'Future[Any]') -> Any:
     result = future.result()
     assert result is not None
     return result
+
+
+FIRE = 'fire'  # what the operator types to fire an aimed shot
+
+
+def escaped(text: str) -> str:
+    """Escape characters that a terminal would obey, except ends of lines."""
+    return '\n'.join(map(printable, text.split('\n')))
+
+
+def say(text: str, file: TextIO | None = None) -> None:
+    """Print lines at once, escaped."""
+    print(escaped(text), file=file, flush=True)
+
+
+class TypedLines:
+    """Lines that somebody types, while the program goes on."""
+
+    def __init__(self) -> None:
+        self._typed = b''
+
+    def next(self) -> str | None:
+        """Return the next line without spaces at its ends; None if there is none yet."""
+        if b'\n' not in self._typed and select.select([sys.stdin], [], [], 0.0)[0]:
+            self._typed += os.read(sys.stdin.fileno(), 4096)
+        line, end, rest = self._typed.partition(b'\n')
+        if not end:
+            return None
+        self._typed = rest
+        return line.decode(errors='replace').strip()
+
+
+PLAYED, SHOT_FAILED, NOT_READY = 0, 1, 3  # exit codes; argparse ends with 2
+
+CLIENT_HELP = """\
+exit codes:
+  0  every shot was played, and reached its target if it has one; a turn was played, and the
+     rack was not lost; with --serve, after Ctrl+C or SIGTERM
+  1  a shot was refused, ended early, or missed its target; the output says why; later
+     shots are not played
+  2  the arguments are invalid
+  3  a node is missing or not ready; the message names it
+  130, 143  ended by Ctrl+C or SIGTERM; a shot that has not begun is cancelled
+
+ROS arguments follow --ros-args, such as -r __ns:=/left_robot"""
+"""End of the help of programs that ask the nodes."""
+
+
+def add_client_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of all programs that ask the nodes for strokes."""
+    add_stroke_arguments(parser)
+    add = parser.add_argument
+    scene = 'bundled scene or YAML file, for given strokes; the same as for the nodes (paper)'
+    add('--scene', default='paper', metavar='SCENE', help=scene)
+    wait = f'time to wait for each node in seconds ({START_UP:g})'
+    add('--wait', type=float, default=START_UP, metavar='S', help=wait)
+
+
+def run_client(
+    name: str,
+    args: Sequence[str] | None,
+    work: Callable[[RobotClient], bool],
+    *,
+    serves: bool = False,
+    **options: Any,
+) -> None:
+    """
+    Do some work with a client, and exit with one of the codes of `CLIENT_HELP`.
+
+    A client that `serves` is the node `name`, which ends with 0 after a signal. `options` are
+    parameters of `RobotClient`.
+    """
+    caught: list[int] = []
+
+    # A signal handler that raises SystemExit would sometimes do so within rclpy, which drops the
+    # exception. So a timer exits between two callbacks.
+    def end_if_caught() -> None:
+        if caught:
+            sys.exit(0 if serves else 128 + caught.pop())
+
+    # The handlers of rclpy would shut down its context, and then no goal could be cancelled.
+    with initialized(args, signal_handler_options=SignalHandlerOptions.NO):
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, lambda number, _: caught.append(number))
+        try:
+            client = RobotClient(name if serves else f'{name}_client', **options)
+            steady_timer(client, LOOK_PERIOD, end_if_caught)
+            gc.freeze()  # a long garbage collection would silence the safety inputs
+            code = PLAYED if work(client) else SHOT_FAILED
+        except NotReadyError as error:
+            say(f'{name}: {error}', sys.stderr)
+            code = NOT_READY
+    sys.exit(code)

@@ -21,13 +21,12 @@ from std_msgs.msg import Header
 
 from billiard_shot import effects_of, Scene, Shot, Stroke, Trajectory
 from billiard_shot.perception import gate
-from billiard_shot.perception.lying import positions_of
-from billiard_shot.perception.sightings import Balls, Sighting
+from billiard_shot.perception.sightings import Balls, positions_of, Sighting
 from billiard_shot.records import Array, Triple
 from billiard_shot.ros.parameters import MAX_SAMPLES
 from billiard_shot.scene.errors import InputError
 from billiard_shot.scene.placement import CUE_BALL
-from billiard_shot.shot.stroke_batch import StrokeBatch
+from billiard_shot.shot.play import StrokeBatch
 from billiard_shot.status import Status
 
 MAX_STROKES = 10_000

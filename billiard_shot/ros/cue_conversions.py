@@ -20,10 +20,8 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 from billiard_shot import Scene, Stroke
 from billiard_shot.cue import joint_trajectory
 from billiard_shot.cue.controller import Controller
-from billiard_shot.cue.execution import Result
-from billiard_shot.cue.measurement import MeasuredStrike
-from billiard_shot.cue.outcome import GoalOutcome, RefusedError
-from billiard_shot.cue.plan import ShotPlan, tip_at
+from billiard_shot.cue.execution import MeasuredStrike, Result
+from billiard_shot.cue.plan import GoalOutcome, RefusedError, ShotPlan, tip_at
 from billiard_shot.cue.safety import SafetyState
 from billiard_shot.perception import gate
 from billiard_shot.perception.sightings import Balls

@@ -18,46 +18,41 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Bool, Float64, Header
 from std_srvs.srv import Trigger
 
-from billiard_shot.cue.clock import steady_time
 from billiard_shot.cue.controller import Controller
-from billiard_shot.cue.execution import Command, Result, Settings
-from billiard_shot.cue.feedback import JointFeedback
-from billiard_shot.cue.measurement import MeasuredStrike
+from billiard_shot.cue.execution import Command, MeasuredStrike, Result, Settings
+from billiard_shot.cue.inputs import JointFeedback, read_latched, steady_time, write_latched
 from billiard_shot.cue.mechanism import INCLINE, Mechanism
 from billiard_shot.cue.model import elevation_joint
-from billiard_shot.cue.outcome import GoalOutcome, RefusedError
+from billiard_shot.cue.plan import GoalOutcome, RefusedError
 from billiard_shot.cue.safety import BEFORE_STROKE, LATCHED_STATES, MOVING, SafetyDecision
-from billiard_shot.cue.state_file import read_latched, write_latched
 from billiard_shot.ros import cue_conversions as conversions
 from billiard_shot.ros import parameters
-from billiard_shot.ros.command_topic import CommandTopic
-from billiard_shot.ros.controller_client import ControllerClient
+from billiard_shot.ros.commands import CommandTopic, ControllerClient
 from billiard_shot.ros.conversions import check_frame, seconds, sightings_of
-from billiard_shot.ros.cue_parameters import (
-    check_topic,
-    guided_scene,
-    OfGuidedScene,
-    OfMechanism,
-    OfUrgent,
-)
 from billiard_shot.ros.node_runner import (
     EndError,
     EVERY_STATE,
     GoalHandle,
     JOINT_STATES,
     LATCHED,
-    SAFETY_INPUT,
-    set_niceness,
-    spin_node,
-    steady_timer,
-)
-from billiard_shot.ros.parameters import checked, OfTable
-from billiard_shot.ros.writing_time import (
     nanoseconds,
     publisher_of,
     publishers_of,
+    SAFETY_INPUT,
+    set_niceness,
+    spin_node,
     stamped,
+    steady_timer,
     written,
+)
+from billiard_shot.ros.parameters import (
+    check_topic,
+    checked,
+    guided_scene,
+    OfGuidedScene,
+    OfMechanism,
+    OfTable,
+    OfUrgent,
 )
 from billiard_shot.scene import Scene
 from billiard_shot.scene.fields import choice, number

@@ -12,15 +12,13 @@ from rclpy.qos import QoSProfile
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header, String
 
-from billiard_shot.cue.feedback import JointFeedback
+from billiard_shot.cue.inputs import JointFeedback
 from billiard_shot.cue.mechanism import Mechanism
-from billiard_shot.cue.model import joints_of, transforms
-from billiard_shot.cue.urdf import urdf_of
+from billiard_shot.cue.model import joints_of, transforms, urdf_of
 from billiard_shot.ros import parameters
 from billiard_shot.ros.conversions import filled
-from billiard_shot.ros.cue_parameters import OfMechanism
 from billiard_shot.ros.node_runner import LATCHED, spin_node
-from billiard_shot.ros.parameters import OfTable
+from billiard_shot.ros.parameters import OfMechanism, OfTable
 from billiard_shot.scene.fields import number
 
 try:

@@ -13,14 +13,21 @@ from trajectory_msgs.msg import JointTrajectory as JointTrajectoryMessage
 
 from billiard_shot.cue.execution import LATEST_STOP, MIN_DURATION
 from billiard_shot.cue.joint_trajectory import JointTrajectory
-from billiard_shot.cue.kinematics import home
 from billiard_shot.cue.mechanism import Mechanism
+from billiard_shot.cue.model import home
 from billiard_shot.cue.simulated import Faults, Imperfections, SimulatedMechanism
 from billiard_shot.ros import cue_conversions as conversions
 from billiard_shot.ros import parameters
-from billiard_shot.ros.cue_parameters import OfMechanism, OfUrgent
-from billiard_shot.ros.node_runner import JOINT_STATES, set_niceness, spin_node, steady_timer
-from billiard_shot.ros.writing_time import nanoseconds, publisher_of, written
+from billiard_shot.ros.node_runner import (
+    JOINT_STATES,
+    nanoseconds,
+    publisher_of,
+    set_niceness,
+    spin_node,
+    steady_timer,
+    written,
+)
+from billiard_shot.ros.parameters import OfMechanism, OfUrgent
 from billiard_shot.scene.fields import number, whole_number
 
 CATCH_UP = 0.25

@@ -13,8 +13,7 @@ import sys
 
 from domain_coordinator import domain_id
 
-from billiard_shot.ros.processes import command, config_file, quiet_environment, running
-from billiard_shot.ros.robot import nodes_of
+from billiard_shot.ros.robot import command, config_file, nodes_of, quiet_environment, running
 
 PREDICTOR = {'predictor': ('-p', 'scene:=paper', '--log-level', 'warn')}
 DEMO_SCENE = 'robot_table'  # of the mechanical cue

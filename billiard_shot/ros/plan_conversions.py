@@ -28,8 +28,7 @@ from billiard_shot.ros.cue_conversions import plan_message, plan_of
 from billiard_shot.ros.parameters import MAX_SAMPLES
 from billiard_shot.scene import Noise, Robot
 from billiard_shot.scene.fields import SECTION_KEY
-from billiard_shot.scene.placement import CUE_BALL
-from billiard_shot.scene.rack import Place
+from billiard_shot.scene.placement import CUE_BALL, Place
 
 DEGREES = '_deg'  # end of the names of angles in degrees
 

@@ -19,9 +19,14 @@ from visualization_msgs.msg import MarkerArray
 from billiard_shot import plan, PlanResult, Scene, Status
 from billiard_shot.planning.runner import Progress
 from billiard_shot.ros import display, parameters, plan_conversions
-from billiard_shot.ros.cue_parameters import OfMechanismFile, within_mechanism
 from billiard_shot.ros.node_runner import BURST, GoalHandle, in_thread, LATCHED, spin_node
-from billiard_shot.ros.parameters import checked, OfTable, SHOWN_SAMPLES
+from billiard_shot.ros.parameters import (
+    checked,
+    OfMechanismFile,
+    OfTable,
+    SHOWN_SAMPLES,
+    within_mechanism,
+)
 from billiard_shot.ros.plan_conversions import PlanRequest, target_in
 from billiard_shot.scene import Robot
 from billiard_shot.scene.fields import number, whole_number

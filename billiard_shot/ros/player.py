@@ -19,22 +19,29 @@ from billiard_shot_msgs.action import ExecuteShot
 from billiard_shot_msgs.srv import PredictShot
 
 from billiard_shot import Scene, Status, Stroke
-from billiard_shot.cue.outcome import GoalOutcome, RefusedError
-from billiard_shot.planning.at_rest import reached_at_rest
+from billiard_shot.cli.stroke_options import strokes_from_options, strokes_given
+from billiard_shot.cue.plan import GoalOutcome, RefusedError
 from billiard_shot.planning.statistics import estimate_in_words
-from billiard_shot.planning.targets import Target
+from billiard_shot.planning.targets import reached_at_rest, Target
 from billiard_shot.ros import conversions
-from billiard_shot.ros.client import RobotClient, UNSEEN_TIME, VALIDITY
-from billiard_shot.ros.client_program import add_client_arguments, CLIENT_HELP, run_client
-from billiard_shot.ros.cue_parameters import within_mechanism
-from billiard_shot.ros.game_table import GameTable
+from billiard_shot.ros.client import (
+    add_client_arguments,
+    CLIENT_HELP,
+    FIRE,
+    RobotClient,
+    run_client,
+    say,
+    TypedLines,
+    UNSEEN_TIME,
+    VALIDITY,
+)
 from billiard_shot.ros.node_runner import own_arguments, parser_of
+from billiard_shot.ros.parameters import within_mechanism
 from billiard_shot.ros.plan_conversions import target_in, target_message
-from billiard_shot.ros.terminal import FIRE, say, TypedLines
+from billiard_shot.ros.turn import GameTable
 from billiard_shot.ros.turn_client import add_turn_arguments, first_state, play_turn
 from billiard_shot.ros.turn_server import TurnServer
 from billiard_shot.scene.placement import CUE_BALL
-from billiard_shot.shot.stroke_options import strokes_from_options, strokes_given
 
 MAX_VALIDITY = 3600.0  # s within which a shot must be fired
 MAX_BUDGET = 2**32 - 1  # strokes to simulate; no larger number fits into a goal

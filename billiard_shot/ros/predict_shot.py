@@ -11,15 +11,19 @@ from billiard_shot_msgs.srv import PredictShot
 import numpy as np
 
 from billiard_shot import Scene, Status, Stroke
+from billiard_shot.cli.stroke_options import strokes_from_options
 from billiard_shot.perception.sightings import Sighting
 from billiard_shot.ros import conversions, cue_conversions
-from billiard_shot.ros.client import RobotClient
-from billiard_shot.ros.client_program import add_client_arguments, CLIENT_HELP, run_client
+from billiard_shot.ros.client import (
+    add_client_arguments,
+    CLIENT_HELP,
+    RobotClient,
+    run_client,
+    say,
+)
 from billiard_shot.ros.node_runner import own_arguments, parser_of
-from billiard_shot.ros.terminal import say
 from billiard_shot.scene.placement import CUE_BALL
-from billiard_shot.shot.stroke_options import strokes_from_options
-from billiard_shot.table.motion import Motion
+from billiard_shot.table.model.motion import Motion
 
 
 def request_of(

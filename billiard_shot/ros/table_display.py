@@ -10,16 +10,16 @@ from rclpy.node import Node
 from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker, MarkerArray
 
+from billiard_shot.pictures.colours import ball_colour
 from billiard_shot.records import Array
 from billiard_shot.ros import parameters
 from billiard_shot.ros.conversions import check_frame, sightings_of
-from billiard_shot.ros.markers import array_of, ball, colour, label, shape, solids
+from billiard_shot.ros.display import array_of, ball, colour, label, shape, solids
 from billiard_shot.ros.node_runner import LATCHED, spin_node
 from billiard_shot.ros.parameters import checked, OfTable
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL
-from billiard_shot.table.colours import ball_colour
-from billiard_shot.table.outline import outline_of
+from billiard_shot.table.run.outline import outline_of
 
 CLOTH, CUSHION, WOOD, HOLE, TEXT = map(
     colour, ('#2f7d5b', '#236349', '#6f4426', '#111111', '#ffffff')

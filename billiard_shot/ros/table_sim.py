@@ -15,21 +15,19 @@ from std_msgs.msg import Header, String
 from std_srvs.srv import Trigger
 
 from billiard_shot import predict, Stroke
-from billiard_shot.cue.alignment import Alignment
-from billiard_shot.cue.mechanism import Mechanism
+from billiard_shot.cue.mechanism import Alignment, Mechanism
 from billiard_shot.cue.plan import stroke_on_table
 from billiard_shot.ros import parameters
 from billiard_shot.ros.conversions import check_frame, filled, requested_scene
 from billiard_shot.ros.cue_conversions import measured_stroke
-from billiard_shot.ros.cue_parameters import guided_scene, OfGuidedScene, OfMechanismFile
 from billiard_shot.ros.node_runner import LATCHED, spin_node, steady_timer
-from billiard_shot.ros.parameters import OfTable
+from billiard_shot.ros.parameters import guided_scene, OfGuidedScene, OfMechanismFile, OfTable
 from billiard_shot.scene import Scene
 from billiard_shot.scene.fields import number, whole_number
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.replay import to_json
-from billiard_shot.table.motion import Motion
-from billiard_shot.table.trajectory import Trajectory
+from billiard_shot.table.model.motion import Motion
+from billiard_shot.table.run.results import Trajectory
 
 REST_PERIOD = 0.2
 """Time between two messages on `table_state` while no ball moves [s]."""

@@ -19,14 +19,13 @@ from billiard_shot.perception.gate import MAX_DEVIATION
 from billiard_shot.perception.tracker import BallTracker, TrackerSettings
 from billiard_shot.ros import parameters
 from billiard_shot.ros.conversions import ball_message, picture_time, time_of
-from billiard_shot.ros.detections import class_counts_of, class_names_of, detected_balls
-from billiard_shot.ros.frames import Frames
+from billiard_shot.ros.detections import class_counts_of, class_names_of, detected_balls, Frames
 from billiard_shot.ros.node_runner import LATCHED, spin_node, steady_timer
 from billiard_shot.ros.parameters import checked, OfTable
 from billiard_shot.scene import Scene
 from billiard_shot.scene.fields import number
 from billiard_shot.scene.placement import CUE_BALL
-from billiard_shot.table.outline import outline_of
+from billiard_shot.table.run.outline import outline_of
 
 REPEAT_PERIOD = 0.2
 """Time after which table_state is repeated if there are no pictures [s]."""

@@ -1,37 +1,213 @@
-"""
-A turn of a game, played with the mechanical cue: decide, aim, arm, watch, judge.
+"""A turn of a game, played with the mechanical cue: decide, aim, arm, watch, judge."""
 
-A simulated table tells what each shot did. With a camera the ruling follows from the places of the
-balls where these are enough; otherwise somebody is asked.
-"""
-
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import partial
 import math
+from time import monotonic
 from traceback import format_exception
 from typing import Any, TypeAlias, TypeVar
 
 from action_msgs.msg import GoalStatus
 from billiard_shot_msgs.action import PlayTurn
-from billiard_shot_msgs.msg import TurnShot
+from billiard_shot_msgs.msg import BallState, GameState, TurnShot
+from billiard_shot_msgs.srv import PlaceBalls
+from builtin_interfaces.msg import Time
+from geometry_msgs.msg import Point
+import numpy as np
+from rclpy.client import Client
+from std_msgs.msg import String
+from std_srvs.srv import Trigger
 
 from billiard_shot import Stroke
-from billiard_shot.cue.outcome import GoalOutcome as Execution
-from billiard_shot.cue.outcome import RefusedError
-from billiard_shot.game.agent import Agent, scene_of
-from billiard_shot.game.call import Decision
-from billiard_shot.game.outcome import Outcome
-from billiard_shot.game.rack import decision_of
+from billiard_shot.cue.plan import GoalOutcome as Execution
+from billiard_shot.cue.plan import RefusedError
+from billiard_shot.game.rack import Agent, decision_of, scene_of
 from billiard_shot.game.referee import choose, concede, judge
-from billiard_shot.game.ruling import Ruling
-from billiard_shot.game.seen import Places, possible_rulings
-from billiard_shot.game.state import State
-from billiard_shot.perception.sightings import Balls
-from billiard_shot.ros.client import CanceledError, NotReadyError, RobotClient, TableUnknownError
-from billiard_shot.ros.game_table import GameTable
-from billiard_shot.ros.terminal import escaped
+from billiard_shot.game.state import Decision, find_game, Outcome, outcome_of, Ruling, State
+from billiard_shot.game.typed import Places, possible_rulings
+from billiard_shot.perception.sightings import Balls, positions_of
+from billiard_shot.ros.client import (
+    CanceledError,
+    escaped,
+    NotReadyError,
+    RobotClient,
+    TableUnknownError,
+    UNSEEN_TIME,
+)
+from billiard_shot.ros.conversions import filled, sightings_of
+from billiard_shot.ros.node_runner import LATCHED
+from billiard_shot.scene import Scene
+from billiard_shot.scene.errors import refused
+from billiard_shot.scene.placement import CUE_BALL
+from billiard_shot.shot.replay import from_json
+
+# Fields of a state that the message does not have.
+OF_THE_TABLE = ('length', 'width', 'radius', 'balls', 'time_left')
+NOBODY = -1
+
+
+def state_of(message: GameState, balls: Mapping[str, tuple[float, float]], scene: Scene) -> State:
+    """
+    Read the state of a game on the table of a scene, with the balls at their places (x, y) [m].
+
+    A cue ball in hand is not on the table, wherever it lies. ValueError names all mistakes.
+    """
+    if scene.table is None:
+        raise ValueError('scene: a game needs a table')
+    values = _shared(message)
+    for name in ('choices', 'groups', 'fouls', 'scores'):
+        values[name] = tuple(np.asarray(values[name]).tolist())
+    values['phase'] = message.phase or 'play'
+    values['winner'] = None if message.winner == NOBODY else message.winner
+    values['balls'] = {
+        name: place for name, place in balls.items() if name != CUE_BALL or not message.in_hand
+    }
+    if not (CUE_BALL in values['balls'] or message.in_hand or message.choices or message.over):
+        raise refused(sorted(balls), f'with {CUE_BALL!r}, which is not in hand', 'balls')
+    if message.winner != NOBODY and not message.over:
+        raise refused(message.winner, f'{NOBODY} while the rack is not over', 'winner')
+    decisive = find_game(message.game).decisive
+    if not (message.over or message.choices or decisive in ('', *balls)):
+        raise refused(sorted(balls), f'with {decisive!r} while the rack is not over', 'balls')
+    values['length'], values['width'] = scene.table.length, scene.table.width
+    values['radius'] = scene.ball.radius
+    return State(**values)
+
+
+def game_state_message(state: State) -> GameState:
+    """Message of the state of a game."""
+    values = _shared(state)
+    values['game'] = state.game.name
+    values['winner'] = NOBODY if state.winner is None else state.winner
+    return GameState(**{**values, 'choices': list(state.choices), 'groups': list(state.groups)})
+
+
+def _shared(record: State | GameState) -> dict[str, Any]:
+    """Fields that a state and its message have in common."""
+    names = (each.name for each in fields(State) if each.name not in OF_THE_TABLE)
+    return {name: getattr(record, name) for name in names}
+
+
+def balls_message(balls: Mapping[str, tuple[float, float]]) -> list[BallState]:
+    """Message of balls at rest at their places (x, y) [m]."""
+    return [BallState(id=name, position=filled(Point, place)) for name, place in balls.items()]
+
+
+def places_of(balls: Sequence[BallState]) -> dict[str, tuple[float, float]]:
+    """Read the places (x, y) [m] of balls; ValueError for balls that cannot be."""
+    return {name: ball.position for name, ball in sightings_of(balls).items()}
+
+
+PLACE_TOLERANCE = 0.01  # m of a ball from its place; the player then decides for where it lies
+PLACE_TIME = 600.0  # s in which balls are put somewhere by hand
+FORGET_PERIOD = 2.0  # s between two calls that make a tracker forget the balls
+FOUND_TIME = 10.0  # s in which a tracker finds balls again
+RECORD_TIME = 5.0  # s in which a simulated table publishes its record of a shot
+
+
+class GameTable:
+    """
+    The table of a robot, for turns of games.
+
+    It is made once for all turns, because the end of a subscription can deadlock other processes
+    (Fast DDS 3.2).
+    """
+
+    def __init__(self, client: RobotClient, scene: Scene) -> None:
+        self.client, self.scene = client, scene
+        self.records: list[String] = []  # of a simulated table, as JSON
+        client.create_subscription(String, 'table_sim/shot', self.records.append, LATCHED)
+        self._place: Client[Any, Any] = client.create_client(PlaceBalls, 'table_sim/place')
+        self._forget: Client[Any, Any] = client.create_client(Trigger, 'table_tracker/reset')
+        self._forgot = -math.inf  # time of the last such call [s]
+
+    def places_at_rest(self, strike: Time | None = None) -> Places:
+        """Wait until all balls rest, see `RobotClient.wait_for_rest`; return their places [m]."""
+        return positions_of(self.client.wait_for_rest(strike), self.scene)
+
+    def after_shot(self, strike: Time) -> tuple[Places, list[str]]:
+        """Wait until all balls that are seen rest; return their places [m], and the others."""
+        balls = self.client.wait_for_rest(strike, unseen_time=UNSEEN_TIME)
+        seen = {name: ball for name, ball in balls.items() if ball.is_seen}
+        return positions_of(seen, self.scene), [name for name in balls if name not in seen]
+
+    def are_found(self, names: Collection[str]) -> bool:
+        """Whether each of these balls is seen, or known to have fallen into a pocket."""
+        balls = self.client.balls()
+        return all(name not in balls or balls[name].is_seen for name in names)
+
+    def forget_all_but(self, left: Collection[str]) -> None:
+        """Have a tracker forget balls that are gone; wait until it has found the others again."""
+        if self._forget.service_is_ready():
+            self.client.call(self._forget, Trigger.Request(), attempts=3)
+            self.client.until(lambda: self.client.balls().keys() == set(left), FOUND_TIME)
+
+    def record(self) -> Outcome | None:
+        """
+        Outcome of the last shot by a simulated table; None if the table is not simulated.
+
+        If the simulated table publishes none, or a wrong one, TableUnknownError says so.
+        """
+        if not self.client.count_publishers('table_sim/shot'):
+            return None
+        if not self.client.until(lambda: self.records, RECORD_TIME):
+            raise TableUnknownError('table_sim/shot: no record of the shot')
+        try:
+            return outcome_of(from_json(self.records[-1].data))
+        except ValueError as error:
+            raise TableUnknownError(f'table_sim/shot: {error}') from None
+
+    def arrange(self, state: State, tell: Callable[[str, Places], object]) -> tuple[State, Balls]:
+        """
+        Wait until the balls lie as a state says; return it with their real places, and the balls.
+
+        If balls lie elsewhere, `tell` is called with a message and with the places of all balls.
+        If these are not put in their places, or are not known, TableUnknownError says so.
+        """
+        seen = self.client.wait_for_rest()
+        if moves := _moves(seen, state.balls):
+            what = ', '.join(moves)
+            if unseen := [name for name in state.balls if name not in seen]:
+                what += f'; never seen so far: {", ".join(unseen)}'
+                if self._forget.service_is_ready():
+                    what += ' (are they in class_names of table_tracker?)'
+            tell(f'put the balls in their places: {what}', state.balls)
+            if self._place.service_is_ready():
+                request = PlaceBalls.Request(balls=balls_message(state.balls))
+                answer = self.client.call(self._place, request)
+                if not answer.success:
+                    raise TableUnknownError(f'table_sim/place: {answer.message}')
+            if not self.client.until(lambda: self._lie_at(state.balls), PLACE_TIME):
+                raise TableUnknownError(f'the balls were not put in their places: {what}')
+            seen = self.client.wait_for_rest()
+        try:
+            return replace(state, balls=positions_of(seen, self.scene)), seen
+        except ValueError as error:
+            raise TableUnknownError(f'table_state: {error}') from None
+
+    def _lie_at(self, wanted: Places) -> bool:
+        """Whether the balls lie so; a tracker has to forget those that were taken away."""
+        seen, now = self.client.balls(), monotonic()
+        taken = [name for name, ball in seen.items() if not (ball.is_seen or name in wanted)]
+        if taken and now - self._forgot > FORGET_PERIOD and self._forget.service_is_ready():
+            self._forgot = now
+            self._forget.call_async(Trigger.Request())
+        return not _moves(seen, wanted)
+
+
+def _moves(seen: Balls, wanted: Places) -> list[str]:
+    """Say which balls have to be moved, and where to."""
+    return [
+        *(
+            f'{name} at ({x:.3f}, {y:.3f}) m'
+            for name, (x, y) in wanted.items()
+            if name not in seen or math.dist(seen[name].position, (x, y)) > PLACE_TOLERANCE
+        ),
+        *(f'{name} off the table' for name in seen if name not in wanted),
+    ]
+
 
 T = TypeVar('T')
 

@@ -13,18 +13,11 @@ from rclpy.action import ActionClient
 from rclpy.client import Client
 
 from billiard_shot import Scene
-from billiard_shot.game.racking import start
+from billiard_shot.game.referee import start
 from billiard_shot.game.state import State
 from billiard_shot.game.typed import OUTCOME_HELP, read_outcome
-from billiard_shot.ros.client import LOOK_PERIOD, result_of, RobotClient
-from billiard_shot.ros.game_conversions import (
-    balls_message,
-    game_state_message,
-    places_of,
-    state_of,
-)
-from billiard_shot.ros.terminal import FIRE, say, TypedLines
-from billiard_shot.ros.turn import AIMED
+from billiard_shot.ros.client import FIRE, LOOK_PERIOD, result_of, RobotClient, say, TypedLines
+from billiard_shot.ros.turn import AIMED, balls_message, game_state_message, places_of, state_of
 
 LAST_SHOT_TIME = 180.0  # s in which an interrupted turn ends: a shot may have to be judged
 

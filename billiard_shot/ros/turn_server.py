@@ -8,21 +8,20 @@ from billiard_shot_msgs.srv import RuleShot
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.task import Future
 
-from billiard_shot.game.game import game_names
-from billiard_shot.game.outcome import Outcome
-from billiard_shot.game.seen import Places, Told, told_outcome
-from billiard_shot.game.state import State
-from billiard_shot.game.tournament import agent_names, find_agent
+from billiard_shot.game.rack import agent_names, find_agent
+from billiard_shot.game.state import game_names, Outcome, State
+from billiard_shot.game.typed import Places, Told, told_outcome
 from billiard_shot.ros.client import CanceledError
-from billiard_shot.ros.game_conversions import (
+from billiard_shot.ros.node_runner import GoalHandle
+from billiard_shot.ros.turn import (
     balls_message,
+    early_end,
     game_state_message,
+    GameTable,
     places_of,
     state_of,
+    Turn,
 )
-from billiard_shot.ros.game_table import GameTable
-from billiard_shot.ros.node_runner import GoalHandle
-from billiard_shot.ros.turn import early_end, Turn
 from billiard_shot.scene.errors import InputError, Mistake, must_be_one_of, printable
 
 RULE_TIME = 60.0  # s that somebody has to state the outcome of a shot whose goal is canceled

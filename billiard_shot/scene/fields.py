@@ -1,17 +1,19 @@
 """
-Fields with the values that they allow, for dataclasses that check themselves (see checks.py).
+Fields with the values that they allow, and dataclasses that check themselves by them.
 
-A field is declared by its type: `number`, `choice`, `boolean`, `places`, `section` ... A field
-with a `derived` value computes it from the other fields if none is given, and again whenever
-`dataclasses.replace` makes a new object: such a value is marked as `Derived`.
+Such dataclasses are read from mappings, with all mistakes found at once.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+import copy
 import dataclasses
 import math
-from typing import Any, NamedTuple
+from numbers import Integral, Real
+from typing import Any, NamedTuple, TypeVar
 
-from billiard_shot.scene.by_name import ByName
+import numpy as np
+from numpy.typing import NDArray
+
 from billiard_shot.scene.errors import (
     found_in,
     InputError,
@@ -19,8 +21,72 @@ from billiard_shot.scene.errors import (
     must_be_one_of,
     refused,
     TWICE,
+    unknown,
 )
-from billiard_shot.scene.values import as_float, check_type, whole
+
+T = TypeVar('T')
+
+
+class ByName(dict[str, T]):
+    """Values by the names of balls; the error for a missing name tells which names there are."""
+
+    def __missing__(self, name: str) -> T:
+        raise KeyError(f'ball {must_be_one_of(self, name, "ball")}')
+
+
+LARGEST = 1e12
+"""
+Largest coordinate [m], speed [m/s] and spin [rad/s].
+
+At this size rounding is as large as the tolerance of predictions, and powers do not overflow yet.
+"""
+
+
+def as_float(value: object) -> float:
+    """Return a number as a float; infinite if it is too large, NaN if it is not a number."""
+    if isinstance(value, bool) or not isinstance(value, Real):
+        return math.nan
+    try:
+        return float(value)
+    except OverflowError:
+        return math.inf
+
+
+def as_floats(values: object) -> NDArray[np.float64]:
+    """Return numbers as an array of floats; an empty array if they are not numbers."""
+    try:
+        return np.ascontiguousarray(values, dtype=float)
+    except (TypeError, ValueError, OverflowError):
+        return np.empty(0)
+
+
+def whole(name: str, value: object, minimum: int) -> int:
+    """Return a whole number; raise ValueError for other values, or if it is below `minimum`."""
+    if isinstance(value, bool) or not isinstance(value, Integral) or value < minimum:
+        raise refused(value, f'a whole number, at least {minimum}', name)
+    return int(value)
+
+
+def positive(name: str, value: object, unit: str) -> float:
+    """Return a finite number above 0; raise ValueError for other values."""
+    number = as_float(value)
+    if not 0.0 < number < math.inf:
+        raise refused(value, 'finite and above 0', name, unit)
+    return number
+
+
+def one_or_many(value: object) -> tuple[Any, ...]:
+    """Return the elements of a list, tuple or set (sorted as text); of another value, itself."""
+    if isinstance(value, set | frozenset):
+        return tuple(sorted(value, key=str))
+    return tuple(value) if isinstance(value, tuple | list) else (value,)
+
+
+def check_type(name: str, value: object, kind: type) -> None:
+    """Raise ValueError if a value is of another type."""
+    if not isinstance(value, kind):
+        raise refused(value, f'a {kind.__name__}', name)
+
 
 Convert = Callable[[object], Any]
 TAKES, DERIVED, SECTION_KEY = 'takes', 'derived', 'section'
@@ -240,3 +306,172 @@ def _in_thousandths(value: float, unit: str, maximum: float | None) -> str:
 
 def _field(convert: Convert, default: Any) -> Any:
     return dataclasses.field(default=default, metadata={TAKES: convert})
+
+
+S = TypeVar('S')
+
+
+class _WrongFieldError(Exception):
+    """A rule read a field whose value is invalid, or a method of a wrong section."""
+
+
+class _Known:
+    """The valid fields of an object, as attributes; a wrong section has no methods either."""
+
+    def __init__(self, kind: type, values: dict[str, Any], is_wrong: bool = False) -> None:
+        self._names = {field.name for field in _inputs(kind)} | set(dir(kind) if is_wrong else ())
+        self._values = values
+
+    def __getattr__(self, name: str) -> Any:
+        if name in self._values:
+            return self._values[name]
+        raise _WrongFieldError(name) if name in self._names else AttributeError(name)
+
+
+def check(instance: Any, **given: Any) -> None:
+    """
+    Convert and check every field of a frozen dataclass, and derive those that are not given.
+
+    `given` are its init-only variables, which are checked like the fields.
+
+    Raises
+    ------
+    InputError
+        Naming each invalid field, its value and the allowed range.
+
+    """
+    kind = type(instance)
+    fields = [field.name for field in dataclasses.fields(kind)]
+    known, mistakes = _examine(kind, {name: getattr(instance, name) for name in fields} | given)
+    if mistakes:
+        raise InputError(mistakes)
+    for name in fields:
+        object.__setattr__(instance, name, known[name])
+
+
+def read(kind: type[S], data: object) -> S:
+    """
+    Read a dataclass of such fields from a mapping.
+
+    Raises
+    ------
+    InputError
+        With all mistakes, including those of its sections.
+
+    """
+    found, mistakes = _read(kind, data)
+    if mistakes:
+        raise InputError(mistakes)
+    return found
+
+
+def write(instance: Any, *, derived: bool = False) -> dict[str, Any]:
+    """Plain dict from which `read` makes an equal object; with derived values if `derived`."""
+    result = {}
+    for field in dataclasses.fields(instance):
+        value = getattr(instance, field.name)
+        if value is None or (isinstance(value, Derived) and not (derived and value < math.inf)):
+            continue
+        result[field.name] = _plain(value, derived)
+    return result
+
+
+def fill_in(instance: S, **values: float) -> S:
+    """Copy of an object with values that are derived from data outside of it."""
+    filled = copy.copy(instance)
+    for name, value in values.items():
+        object.__setattr__(filled, name, Derived(value))
+    return filled
+
+
+def _inputs(kind: Any) -> list[dataclasses.Field[Any]]:
+    """Fields and init-only variables of a dataclass."""
+    pseudo = (
+        field
+        for field in kind.__dataclass_fields__.values()
+        if isinstance(field.type, dataclasses.InitVar)
+    )
+    return [*dataclasses.fields(kind), *pseudo]
+
+
+def _no_mapping(value: object) -> InputError:
+    hint = '; it is empty' if value is None else ''
+    return refused(value, 'a mapping', hint=hint)
+
+
+def _plain(value: Any, derived: bool) -> Any:
+    if dataclasses.is_dataclass(value):
+        return write(value, derived=derived)
+    if isinstance(value, Mapping):
+        return {key: _plain(each, derived) for key, each in value.items()}
+    if isinstance(value, tuple):
+        return [_plain(each, derived) for each in value]
+    return float(value) if isinstance(value, Derived) else value
+
+
+def _read(kind: type, data: object) -> tuple[Any, list[Mistake]]:
+    """Return the object and no mistakes, or its valid fields and its mistakes."""
+    if not isinstance(data, Mapping):
+        return _Known(kind, {}, is_wrong=True), list(found_in(_no_mapping(data)))
+    names = [field.name for field in _inputs(kind)]
+    given = {}
+    mistakes = []
+    for key, value in data.items():
+        if key in names:
+            given[key] = value
+        else:
+            mistakes.append(Mistake((str(key),), unknown(str(key), names)))
+    known, wrong = _examine(kind, given, reading=True)
+    mistakes += wrong
+    if mistakes:
+        return _Known(kind, known, is_wrong=True), mistakes
+    return kind(**{name: known[name] for name in given}), []
+
+
+def _examine(
+    kind: type, given: Mapping[str, Any], reading: bool = False
+) -> tuple[dict[str, Any], list[Mistake]]:
+    """Return the valid values of a dataclass, and the mistakes of its fields and rules."""
+    known: dict[str, Any] = {}
+    mistakes: list[Mistake] = []
+    derived = []
+    for field in _inputs(kind):
+        name, metadata = field.name, field.metadata
+        value = given[name] if name in given else _default(field)
+        if value is dataclasses.MISSING:
+            mistakes.append(Mistake((name,), 'is missing'))
+        elif DERIVED in metadata and (value is None or isinstance(value, Derived)):
+            derived.append(field)
+        elif reading and SECTION_KEY in metadata and isinstance(value, Mapping):
+            known[name], wrong = _read(metadata[SECTION_KEY], value)
+            mistakes += (mistake.below(name) for mistake in wrong)
+        else:
+            try:
+                known[name] = metadata[TAKES](value)
+            except ValueError as error:
+                mapping = reading and SECTION_KEY in metadata
+                mistakes += found_in(_no_mapping(value) if mapping else error, name)
+                if isinstance(error, InputError) and error.valid_part is not None:
+                    known[name] = error.valid_part
+    so_far = _Known(kind, known)
+    for field in derived:
+        try:
+            known[field.name] = Derived(field.metadata[DERIVED](so_far))
+        except _WrongFieldError:
+            continue
+    mistakes += _conflicts(kind, so_far)
+    return known, mistakes
+
+
+def _default(field: dataclasses.Field[Any]) -> Any:
+    if field.default_factory is not dataclasses.MISSING:
+        return field.default_factory()
+    return field.default
+
+
+def _conflicts(kind: Any, known: _Known) -> Iterator[Mistake]:
+    for rule in getattr(kind, 'RULES', ()):
+        try:
+            yield from rule(known)
+        except _WrongFieldError:
+            continue

@@ -11,11 +11,9 @@ from typing import Any, ClassVar, Protocol, Self, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from billiard_shot.numerics.angles import wrapped
-from billiard_shot.scene.checks import check
+from billiard_shot.numerics.vectors import wrapped
 from billiard_shot.scene.errors import Mistake
-from billiard_shot.scene.fields import number, section
-from billiard_shot.scene.values import as_floats, positive, whole
+from billiard_shot.scene.fields import as_floats, check, number, positive, section, whole
 
 A, B, ELEVATION, AZIMUTH, SPEED = range(5)  # columns of strokes
 OFFSETS = 'a', 'b', 'elevation', 'azimuth', 'speed'  # names of these columns

@@ -1,27 +1,302 @@
-"""The scene: all input of a prediction except the stroke."""
+"""The scene: all input of a prediction except the stroke; and its numbers by their names."""
 
 # ruff: noqa: RUF009 (the calls in class bodies make fields, as dataclasses.field does)
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, InitVar, replace
-from pathlib import Path
-from typing import Any, ClassVar, Self, TypeAlias
 
+from collections.abc import Iterator, Mapping, Sequence
+import dataclasses
+from dataclasses import dataclass, InitVar, replace
+import math
+from pathlib import Path
+from typing import Any, ClassVar, NamedTuple, Self, TypeAlias
+
+import numpy as np
 from numpy.typing import ArrayLike
 
 from billiard_shot.notebook import Shown
-from billiard_shot.scene.bundled import find_scene, scene_names
-from billiard_shot.scene.checks import check, fill_in, read, write
-from billiard_shot.scene.effects import Effects
-from billiard_shot.scene.equipment import Ball, Cloth, Contacts, Cue
-from billiard_shot.scene.errors import InputError, Mistake, refused, TWICE
-from billiard_shot.scene.fields import choice, Derived, number, places, section
-from billiard_shot.scene.inheritance import resolved
-from billiard_shot.scene.parameters import Parameter, parameters_of, with_parameters
-from billiard_shot.scene.placement import balls_off_the_table, CUE_BALL, overlapping_balls
+from billiard_shot.scene.equipment import Ball, Cloth, Contacts, Cue, hasty_cushion, Table
+from billiard_shot.scene.errors import InputError, Mistake, refused, TWICE, unknown
+from billiard_shot.scene.fields import (
+    as_floats,
+    check,
+    choice,
+    Derived,
+    fill_in,
+    NUMBER,
+    number,
+    places,
+    Range,
+    read,
+    section,
+    SECTION_KEY,
+    write,
+)
+from billiard_shot.scene.files import Document, find_scene, read_document, resolved, scene_names
+from billiard_shot.scene.placement import (
+    balls_off_the_table,
+    CUE_BALL,
+    overlapping_balls,
+    Rack,
+    rack_in_the_way,
+    racked,
+)
 from billiard_shot.scene.player import Noise, Robot
-from billiard_shot.scene.rack import Rack, rack_in_the_way, racked
-from billiard_shot.scene.table import hasty_cushion, Table
-from billiard_shot.scene.yaml_file import Document, read_document
+
+PROPERTIES = 'Alciatore: physical properties of pool balls, cues and tables'
+EQUIPMENT = 'WPA: Tables & Equipment Specifications'
+CUSHION_SOURCE = f'{PROPERTIES}; snooker: Mathavan, Jackson and Parkin, Proc. IMechE C 224 (2010)'
+RECORDED = 'carom: recordings of tailuge/billiards; pool and snooker: no rise is reported'
+INCH, OUNCE = 0.0254, 0.028349523  # m, kg
+
+
+class Published(NamedTuple):
+    """A range of published values, in the unit of the number."""
+
+    low: float
+    high: float
+    source: str
+
+
+PUBLISHED = {
+    'ball.mass': Published(5.5 * OUNCE, 6.0 * OUNCE, EQUIPMENT),
+    'ball.radius': Published(1.1225 * INCH, 1.1275 * INCH, EQUIPMENT),
+    'cue.tip_curvature_radius': Published(9.0e-3, 10.6e-3, 'curvatures of a dime and a nickel'),
+    'contacts.cue_ball.restitution': Published(0.71, 0.87, f'{PROPERTIES}: leather to phenolic'),
+    'contacts.cue_ball.duration': Published(
+        0.8e-3, 3e-3, 'Alciatore: high-speed films, phenolic and fast to soft and slow'
+    ),
+    'contacts.ball_table.friction': Published(0.15, 0.4, PROPERTIES),
+    'contacts.ball_ball.restitution': Published(0.92, 0.98, PROPERTIES),
+    'cloth.sliding_friction': Published(0.15, 0.4, PROPERTIES),
+    'cloth.rolling_resistance': Published(0.005, 0.015, PROPERTIES),
+    'cloth.rolling_rise': Published(0.0, 0.0017, RECORDED),
+    'cloth.spin_deceleration': Published(5.0, 15.0, PROPERTIES),
+    'table.cushion.restitution': Published(0.6, 0.98, CUSHION_SOURCE),
+    'table.cushion.friction': Published(
+        0.14, 0.2, f'{CUSHION_SOURCE}; Han, J. Mech. Sci. Technol. 19 (2005)'
+    ),
+    'table.cushion.height': Published(0.625, 0.645, EQUIPMENT),
+    'table.corner.mouth': Published(4.5 * INCH, 4.625 * INCH, EQUIPMENT),
+    'table.corner.cut_deg': Published(141.0, 143.0, EQUIPMENT),
+    'table.corner.shelf': Published(1.0 * INCH, 2.25 * INCH, EQUIPMENT),
+    'table.side.mouth': Published(5.0 * INCH, 5.125 * INCH, EQUIPMENT),
+    'table.side.cut_deg': Published(103.0, 105.0, EQUIPMENT),
+    'table.side.shelf': Published(0.0, 0.375 * INCH, EQUIPMENT),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """
+    A number of a scene.
+
+    Attributes
+    ----------
+    name : str
+        Keys of the scene file, joined by points.
+    value : float
+    unit : str
+        Empty for a number without unit.
+    low, high : float
+        Bounds of the values that are allowed; infinite where there is none.
+    published : (float, float), optional
+        Range of published values, see published.py.
+    source : str
+        Of that range; empty if there is none.
+
+    """
+
+    name: str
+    value: float
+    unit: str
+    low: float
+    high: float
+    published: tuple[float, float] | None
+    source: str
+
+
+def parameters_of(scene: Any, names: Sequence[str] | None = None) -> tuple[Parameter, ...]:
+    """
+    List numbers of a scene.
+
+    Parameters
+    ----------
+    scene : Scene
+    names : sequence of str, optional
+        By default all numbers that balls, cue, contacts, cloth and table have.
+
+    Raises
+    ------
+    ValueError
+        If a name is unknown.
+
+    """
+    known = {each.name: each for each in _numbers(scene, ())}
+    wanted = list(known) if names is None else names
+    return tuple(known[name] for name in _checked(known, wanted))
+
+
+def with_parameters(scene: Any, names: Sequence[str], values: ArrayLike) -> Any:
+    """
+    Copy a scene with other numbers.
+
+    Parameters
+    ----------
+    scene : Scene
+    names : sequence of str
+        As of `parameters_of`.
+    values : (names,) array_like
+
+    Raises
+    ------
+    ValueError
+        Naming each name that is unknown, and each value that is not allowed.
+
+    """
+    known = [each.name for each in _numbers(scene, ())]
+    row = as_floats(values)
+    if row.shape != (len(names),):
+        raise ValueError(f'values must be of shape ({len(names)},), got {row.shape}')
+    data = scene.to_dict()
+    for name, value in zip(_checked(known, names), row.tolist(), strict=True):
+        *sections, last = name.split('.')
+        place: dict[str, Any] = data
+        for part in sections:
+            place = place.setdefault(part, {})
+        place[last] = value
+    return type(scene).from_dict(data)
+
+
+def rows_of_parameters(given: Mapping[str, ArrayLike], count: int) -> tuple[list[str], Any]:
+    """
+    Read numbers that differ from row to row of a batch.
+
+    Returns
+    -------
+    names : list of str
+    values : (count, names) float array
+
+    Raises
+    ------
+    ValueError
+        If an array does not have `count` rows.
+
+    """
+    names = list(given)
+    values = np.zeros((count, len(names)))
+    for k, (name, column) in enumerate(given.items()):
+        found = as_floats(column)
+        if found.shape not in ((1,), (count,)):  # a number alone is the same for all rows
+            raise ValueError(
+                f'parameters[{name!r}] must be of shape ({count},), got {found.shape}'
+            )
+        values[:, k] = found
+    return names, values
+
+
+def _checked(known: Any, names: Sequence[str]) -> Sequence[str]:
+    mistakes = [
+        Mistake((str(name),), unknown(str(name), known)) for name in names if name not in known
+    ]
+    if mistakes:
+        raise InputError(mistakes, 'parameters')
+    return names
+
+
+def _numbers(section: Any, path: tuple[str, ...]) -> Iterator[Parameter]:
+    """List the numbers of a section, and of those in it; robot and noise are not among them."""
+    for field in dataclasses.fields(section):
+        value, here = getattr(section, field.name), (*path, field.name)
+        if value is None:
+            continue
+        if NUMBER in field.metadata:
+            found: Range = field.metadata[NUMBER]
+            low = found.minimum if found.above is None else found.above
+            name = '.'.join(here)
+            published = PUBLISHED.get(name)
+            yield Parameter(
+                name,
+                float(value),
+                found.unit,
+                -math.inf if low is None else low,
+                math.inf if found.maximum is None else found.maximum,
+                published=published and published[:2],
+                source=published.source if published else '',
+            )
+        elif SECTION_KEY in field.metadata and here[0] not in PLAYER:
+            yield from _numbers(value, here)
+
+
+PLAYER = 'robot', 'noise'
+
+_SETTINGS = 'auto', 'on', 'off'
+
+
+@dataclass(frozen=True, slots=True)
+class Effects:
+    """
+    The setting of each effect: `auto` (simulated if the shot calls for it), `on` or `off`.
+
+    Parameters
+    ----------
+    table_contact : str
+        If `off`, the strike has no contact with the cloth; the ball is put onto it afterwards.
+    tip_friction, table_friction : str
+        If `off`, the contact with the tip, or with the cloth, has no friction in the strike.
+    shaft : str
+        If `off`, nothing holds the tip to the axis of the cue while it touches the ball, and it
+        swings back at once when it leaves the ball.
+    tip_spring : str
+        If not `off`, a spring along the surface of the tip takes up the slip at the ball, as far
+        as friction holds it. By default `off`; needs the effect `shaft` and law `bistiffness`.
+    end_mass : str
+        If `off`, the tip cannot move sideways, as if the cue were guided.
+    tip_curvature : str
+        If `off`, a rounded tip touches the ball where the axis of the cue does.
+    flight : str
+        If `off`, the ball is put back on the cloth after the strike and keeps its horizontal
+        motion. If `on`, every flight is simulated, however low.
+    bounce : str
+        If `off`, the ball stays on the cloth where it first lands. If `on`, every hop is simulated
+        until it is below rounding.
+    slide : str
+        If `off`, the ball rolls at once, as it would at the end of its slide.
+    roll, spin_decay : str
+        If `off`, nothing slows the roll, or the spin about the vertical; the ball may never rest.
+    cushion, pocket : str
+        If `cushion` is `off`, the cloth is endless. If `pocket` is `off`, the cushions continue
+        across the pockets; if it is `on`, every pocket is checked, however far from a path.
+    ball_ball : str
+        If `off`, balls pass through each other. If `on`, every pair is checked, moving or not.
+    throw : str
+        If `off`, there is no friction between balls.
+    cluster : str
+        If `off`, touching bodies collide in pairs, one after the other.
+    double_hit : str
+        If `off`, the cue is gone after its first hit.
+
+    """
+
+    table_contact: str = choice(*_SETTINGS, default='auto')
+    tip_friction: str = choice(*_SETTINGS, default='auto')
+    table_friction: str = choice(*_SETTINGS, default='auto')
+    shaft: str = choice(*_SETTINGS, default='auto')
+    tip_spring: str = choice(*_SETTINGS, default='off')
+    end_mass: str = choice(*_SETTINGS, default='auto')
+    tip_curvature: str = choice(*_SETTINGS, default='auto')
+    flight: str = choice(*_SETTINGS, default='auto')
+    bounce: str = choice(*_SETTINGS, default='auto')
+    slide: str = choice(*_SETTINGS, default='auto')
+    roll: str = choice(*_SETTINGS, default='auto')
+    spin_decay: str = choice(*_SETTINGS, default='auto')
+    cushion: str = choice(*_SETTINGS, default='auto')
+    pocket: str = choice(*_SETTINGS, default='auto')
+    ball_ball: str = choice(*_SETTINGS, default='auto')
+    throw: str = choice(*_SETTINGS, default='auto')
+    cluster: str = choice(*_SETTINGS, default='auto')
+    double_hit: str = choice(*_SETTINGS, default='auto')
+
+    def __post_init__(self) -> None:
+        check(self)
 
 
 def _end_of_a_guided_cue(scene: Any) -> Iterator[Mistake]:

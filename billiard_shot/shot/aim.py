@@ -8,15 +8,15 @@ import math
 
 import numpy as np
 
-from billiard_shot.numerics.angles import wrapped
+from billiard_shot.numerics.vectors import wrapped
 from billiard_shot.scene import Scene, SceneLike
 from billiard_shot.scene.errors import must_be_one_of, refused
 from billiard_shot.shot.ghost_ball import path_of_cut, path_of_line
 from billiard_shot.shot.lowest_elevation import lowest_elevation, Margins, margins_for
 from billiard_shot.shot.predict import predict
 from billiard_shot.shot.stroke import read_angle, read_numbers, Stroke
-from billiard_shot.table.outline import outline_of
-from billiard_shot.table.run import POCKET_NAMES
+from billiard_shot.table.run.outline import outline_of
+from billiard_shot.table.run.results import POCKET_NAMES
 
 AimTarget = str | Sequence[float]  # a ball, or x and y of a point [m]
 

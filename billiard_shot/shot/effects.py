@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from billiard_shot.scene import Scene
 from billiard_shot.shot.strike_model import strike_model, StrikeModel
 from billiard_shot.shot.stroke import Stroke
-from billiard_shot.table.cue_impact import CLOTH_CONTACT, TIP_CONTACT
-from billiard_shot.table.effects import (
+from billiard_shot.table.model.cue import CLOTH_CONTACT, TIP_CONTACT
+from billiard_shot.table.run.effects import (
     apply_overrides,
     check_overrides,
     EffectContext,
@@ -22,7 +22,7 @@ from billiard_shot.table.effects import (
     OFF,
     TABLE_GATES,
 )
-from billiard_shot.table.words import moment_in_words
+from billiard_shot.table.run.results import moment_in_words
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,22 +1,292 @@
-"""Strokes from the cue to rest, one or many; the entry `play_tables` does it."""
+"""Strokes from the cue to rest, one or many: a scene made ready once, one verb, one result."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.records import Array
+from billiard_shot.impact.options import ENERGETIC
+from billiard_shot.notebook import Shown
+from billiard_shot.records import Array, OBJECTS, Triple
 from billiard_shot.scene import Scene
-from billiard_shot.scene.placement import CUE_BALL
-from billiard_shot.shot.accuracy import Accuracy, USUAL_ACCURACY
-from billiard_shot.shot.discontinuity import with_discontinuities
-from billiard_shot.shot.on_table import task_of
-from billiard_shot.shot.setting import Setting, setting_of
-from billiard_shot.shot.stroke_batch import stroke_batch, StrokeBatch
-from billiard_shot.table.mapped_strike import ALL_SOLVED, Mapped
-from billiard_shot.table.table_states import TableStates
-from billiard_shot.table.task import BatchRecording, joined, run_tables, TableTask
-from billiard_shot.table.threads import in_threads
+from billiard_shot.scene.placement import CUE_BALL, no_place
+from billiard_shot.shot.effects import model_of
+from billiard_shot.shot.strike_model import cue_params, StrikeModel
+from billiard_shot.status import INFINITE_SEQUENCE, MISS, OK, Status, TOLERANCE_NOT_REACHED
+from billiard_shot.table.model.cue import CueParams
+from billiard_shot.table.model.geometry import TableParams
+from billiard_shot.table.model.motion import BallStart
+from billiard_shot.table.run.effects import table_on
+from billiard_shot.table.run.layout import ENDLESS, lay_out, table_of
+from billiard_shot.table.run.results import count_in_words
+from billiard_shot.table.run.simulate import batch_of, data_frame, TableBatch
+from billiard_shot.table.run.states import ball_starts, TableStates
+from billiard_shot.table.run.task import BatchRecording, in_threads, joined, run_tables, TableTask
+from billiard_shot.table.strike.placement import (
+    ALL_SOLVED,
+    FINER,
+    Mapped,
+    nothing_around,
+    reaching_speed,
+    Strokes,
+    Surroundings,
+    surroundings_of,
+)
+
+DEFAULT_SHOT_TOLERANCE = 1e-4  # m
+
+
+class Accuracy(NamedTuple):
+    """How accurately strokes are played."""
+
+    tolerance: float  # m, of trajectories
+    # Whether errors are estimated, and a stroke that does not keep the tolerance is told.
+    checked: bool = True
+    fast_rebounds: bool = False  # see `TableTask`
+
+
+USUAL_ACCURACY = Accuracy(DEFAULT_SHOT_TOLERANCE)
+
+
+class Setting(NamedTuple):
+    """
+    All that strokes depend on, beside themselves.
+
+    Attributes
+    ----------
+    model : StrikeModel
+        Ball, cue and cloth.
+    table : TableParams
+    around : Surroundings
+        What a cue may have no room for: such a stroke is refused.
+    cue : CueParams
+        What impacts with the cue depend on.
+    names : tuple of str
+        The balls; the cue ball first, others in the scene's order.
+    starts : (1, balls) array of BallStart
+        The balls at rest. Not to be changed.
+    reaching : float
+        See `reaching_speed`.
+
+    """
+
+    model: StrikeModel
+    table: TableParams
+    around: Surroundings
+    cue: CueParams
+    names: tuple[str, ...]
+    starts: NDArray[np.void]
+    reaching: float
+
+
+@lru_cache(maxsize=64)
+def setting_of(scene: Scene) -> Setting:
+    """Collect what a scene means to compiled code, with the effects that it forces on or off."""
+    names = (CUE_BALL, *scene.object_balls)
+    radius = scene.ball.radius
+    places = [scene.cue_ball, *((*scene.balls[name], radius) for name in names[1:])]
+    return _setting(model_of(scene), table_on(scene), surroundings_of(scene), names, places)
+
+
+@lru_cache(maxsize=64)
+def alone(model: StrikeModel) -> Setting:
+    """Make the setting of a cue ball alone on endless cloth, at the origin."""
+    places = [(0.0, 0.0, model.surface.radius)]
+    around = nothing_around(model.ferrule_radius, model.surface.radius)
+    return _setting(model, ENDLESS, around, (CUE_BALL,), places)
+
+
+def _setting(
+    model: StrikeModel,
+    table: TableParams,
+    around: Surroundings,
+    names: tuple[str, ...],
+    places: Sequence[Triple],
+) -> Setting:
+    starts = ball_starts(1, len(names))
+    starts['position'] = places
+    cue = cue_params(model, table)
+    laid_out = table_of(lay_out(OBJECTS, model.surface, table, cue=cue))
+    balls = OBJECTS.from_rows(BallStart, starts[0])
+    reaching = reaching_speed(laid_out, balls, 0, len(balls))
+    return Setting(model, table, around, cue, names, starts, reaching)
+
+
+def check_place(scene: Scene, centre: Array) -> None:
+    """Raise ValueError if the cue ball cannot be there, because another one is, or a cushion."""
+    x, y = float(centre[0]), float(centre[1])
+    if why := no_place(scene.table, x, y, scene.ball.radius, scene.object_balls):
+        raise ValueError(f'position must be {why}, got ({x:g}, {y:g}) (m)')
+
+
+def task_of(
+    setting: Setting,
+    normals: Array,
+    velocities: Array,
+    tables: TableStates | None,
+    accuracy: Accuracy,
+    mapped: Mapped = ALL_SOLVED,
+    rules: NDArray[np.void] | None = None,
+) -> TableTask:
+    """
+    State the tables on which n strokes are played; a refused stroke leaves the ball where it is.
+
+    Parameters
+    ----------
+    setting : Setting
+    normals, velocities : (n, 3) float arrays
+        As of `Stroke`, but not checked yet.
+    tables : TableStates, optional
+        n tables, or one for all strokes, the cue ball first; by default as the setting has them.
+    accuracy : Accuracy
+    mapped : Mapped
+        Which strikes come from maps; by default all are solved.
+    rules : (balls,) array of BallRule, optional
+        As of `TableTask`.
+
+    """
+    return TableTask(
+        setting.model.surface,
+        setting.table,
+        setting.starts if tables is None else tables.starts(),
+        accuracy.tolerance,
+        cue=setting.cue,
+        strokes=Strokes(normals, velocities, setting.around, mapped, accuracy.checked),
+        rules=rules,
+        fast_rebounds=accuracy.fast_rebounds,
+    )
+
+
+def strike(
+    model: StrikeModel, normals: Array, velocities: Array, tolerance: float
+) -> NDArray[np.void]:
+    """Solve only strikes, at a cue ball alone on endless cloth; return (n,) CueRecord."""
+    task = task_of(alone(model), normals, velocities, None, Accuracy(tolerance, checked=False))
+    return run_tables(task._replace(until=0.0)).cues
+
+
+# Tolerances of the strike, relative to the stiffness: near enough to be on a jump.
+NEAR_A_JUMP = 10.0
+COARSEST_STRIKE = 1e-6  # tolerance of a strike
+SUSPECT = 1e4  # changes of the stiffness: margins of decisions that they may turn are smaller
+
+
+def with_discontinuities(
+    played: BatchRecording, model: StrikeModel, normals: Array, velocities: Array, tolerance: float
+) -> BatchRecording:
+    """
+    Find how far the resting places of strokes jump, on endless cloth, and note it in their ends.
+
+    A strike that comes close to a decision is solved again with the tip a little stiffer and a
+    little softer, by as much as its accuracy is. The changes of a continuous outcome cancel. If
+    more than the tolerance is left, the outcome jumps in between.
+
+    Parameters
+    ----------
+    played : BatchRecording
+        Of n strokes. Those in which the ball reached others do not jump. Its errors and status are
+        changed.
+    model : StrikeModel
+    normals, velocities : (n, 3) float arrays
+        As of `Stroke`.
+    tolerance : float
+        Of the trajectories [m].
+
+    """
+    if model.law != ENERGETIC:  # the others have next to none
+        return played
+    cues, ends, found = played.cues, played.tables, np.zeros(len(played.cues))
+    changes = NEAR_A_JUMP * np.minimum(cues['tolerance'], COARSEST_STRIKE)
+    near = cues['discontinuity_margin'] <= SUSPECT * changes
+    near &= (cues['status'] < MISS) & (cues['phases'] > 1) & ~cues['others']
+    for i in np.flatnonzero(near):
+        finest = tolerance * (FINER if ends['jaws_met'][i] > 0 else 1.0)
+        (tip, cloth), places = model.stiffness, []
+        for change in (-changes[i], 0.0, changes[i]):
+            changed = model._replace(
+                stiffness=(float(tip * (1.0 + change)), cloth), follow_through=0.0
+            )
+            places.append(_end(changed, normals[i : i + 1], velocities[i : i + 1], finest))
+        bend = float(np.linalg.norm(places[0] - 2.0 * places[1] + places[2]))
+        found[i] = bend if bend > 2.0 * finest else 0.0
+    ends['error'] += found
+    well = np.isin(ends['status'], (OK, INFINITE_SEQUENCE)) & (ends['run_status'] == OK)
+    ends['status'][well & (found > 0.0)] = TOLERANCE_NOT_REACHED
+    return played._replace(discontinuity=found)
+
+
+def _end(model: StrikeModel, normal: Array, velocity: Array, tolerance: float) -> Array:
+    """Find where the ball of one stroke rests on endless cloth (3,) [m]."""
+    task = task_of(alone(model), normal, velocity, None, Accuracy(tolerance, checked=False))
+    place: Array = run_tables(task).balls['position'][0, 0]
+    return place
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class StrokeBatch(TableBatch, Shown):
+    """n strokes that were played, and what came of them on n tables; ball 0 is the cue ball."""
+
+    scene: Scene
+    velocity: NDArray[np.float64]  # (n, 3) m/s, of the cue ball at the end of the strike
+    spin: NDArray[np.float64]  # (n, 3) rad/s
+    cue_speed: NDArray[np.float64]  # (n,) m/s along the stroke
+    dissipated: NDArray[np.float64]  # (n, 2, 2) J: contact; restitution, friction
+    evaluations: NDArray[np.int64]  # (n,) steps of the impact; 0: it is not solved, but mapped
+    error_estimate: NDArray[np.float64]  # (n,) m; 0 if it is not estimated
+    chatter: NDArray[np.bool_]  # (n,) the tip touched the ball again, see `Shot.chatter`
+
+    @property
+    def refused(self) -> NDArray[np.bool_]:
+        """Whether a stroke could not be played (n,)."""
+        refused: NDArray[np.bool_] = self.status >= MISS
+        return refused
+
+    @property
+    def mapped(self) -> NDArray[np.bool_]:
+        """Whether the strike comes from a map (n,), see `predict_within_noise`."""
+        mapped: NDArray[np.bool_] = ~self.refused & (self.evaluations == 0)
+        return mapped
+
+    def __repr__(self) -> str:
+        return f'StrokeBatch({count_in_words(self.status, "stroke", self.miscue)})'
+
+    def to_frame(self) -> Any:
+        """
+        Make a pandas DataFrame with a row for each stroke.
+
+        Status, velocity, spin; and what rules ask: the columns of `TableBatch.to_frame`.
+
+        Raises
+        ------
+        ValueError
+            If pandas is not installed.
+
+        """
+        columns: dict[str, Any] = {'status': [Status(each).name for each in self.status.tolist()]}
+        for name in ('velocity', 'spin'):
+            columns |= {f'{name}_{x}': getattr(self, name)[:, i] for i, x in enumerate('xyz')}
+        for name in ('cue_speed', 'duration', 'error_estimate', 'chatter'):
+            columns[name] = getattr(self, name)
+        return data_frame(columns | self.columns())
+
+
+def stroke_batch(scene: Scene, names: tuple[str, ...], played: BatchRecording) -> StrokeBatch:
+    """Return strokes that were played, on tables whose balls have these names."""
+    cues = played.cues
+    return StrokeBatch(
+        **vars(batch_of(played, names)),
+        scene=scene,
+        velocity=cues['velocity'],
+        spin=cues['spin'],
+        cue_speed=cues['speed'],
+        dissipated=cues['losses'].reshape(-1, 2, 2),
+        evaluations=cues['steps'],
+        error_estimate=played.error,
+        chatter=cues['chatter'],
+    )
 
 
 def play(

@@ -18,14 +18,13 @@ from numpy.typing import NDArray
 from billiard_shot.impact.state import PhaseLog
 from billiard_shot.scene import Scene
 from billiard_shot.scene.errors import reason
-from billiard_shot.scene.values import check_type
+from billiard_shot.scene.fields import check_type
 from billiard_shot.shot.shot import Shot
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.status import Status
-from billiard_shot.table.cue import CueRecord
-from billiard_shot.table.motion import Cause, SegmentRecord
-from billiard_shot.table.run import EventLog, TableRun
-from billiard_shot.table.simulation_state import EventRecord
+from billiard_shot.table.model.cue import CueRecord
+from billiard_shot.table.model.motion import Cause, EventRecord, SegmentRecord
+from billiard_shot.table.run.results import EventLog, TableRun
 
 REPLAY_FORMAT, VERSION = 'billiard_shot shot', 2
 
@@ -77,10 +76,10 @@ def save_shot(shot: Shot, path: str | Path) -> None:
     - `status`: name of a `Status`; `message`, for people, which is not read back.
     - `error_estimate`: largest error of the trajectory [m].
     - `discontinuity`: distance between the two resting places that law `energetic` allows [m].
-    - `run`: every ball, with names, segments (fields of `SegmentRecord` in table/motion.py) and
-      events (fields of `EventRecord` in table/simulation_state.py).
-    - `strike`: fields of `CueRecord` in table/cue.py, such as `velocity` [m/s], `spin` [rad/s],
-      `impulses` [N s] and `miscue`.
+    - `run`: every ball, with names, segments and events (fields of `SegmentRecord` and of
+      `EventRecord` in table/model/motion.py).
+    - `strike`: fields of `CueRecord` in table/model/cue.py, such as `velocity` [m/s], `spin`
+      [rad/s], `impulses` [N s] and `miscue`.
     - `phases`, `losses`: of the strike, fields of `PhaseLog` in impact/state.py, and [J].
 
     Parameters

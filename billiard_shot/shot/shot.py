@@ -1,11 +1,14 @@
-"""What a prediction gives back."""
+"""What a prediction gives back, and how it is said: statuses, a sentence, a list of facts."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 import math
 from pathlib import Path
+import re
+import textwrap
 from typing import Any
 
 import numpy as np
@@ -13,15 +16,264 @@ from numpy.typing import NDArray
 
 from billiard_shot.impact.collide import Phase, read_log
 from billiard_shot.notebook import Shown
+from billiard_shot.numerics import rounding
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL, in_hand
-from billiard_shot.shot import story
 from billiard_shot.shot.effects import model_of, ShotContext
+from billiard_shot.shot.lowest_elevation import lowest_elevation
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.status import Status
-from billiard_shot.table.data_frame import data_frame
-from billiard_shot.table.run import TableEvent, TableRun
-from billiard_shot.table.trajectory import Trajectory
+from billiard_shot.table.run.results import (
+    ball_in_words,
+    moment_in_words,
+    NOSE_NAMES,
+    place_in_words,
+    rounded,
+    TableEvent,
+    TableRun,
+    Trajectory,
+)
+from billiard_shot.table.run.simulate import data_frame
+from billiard_shot.table.strike import placement
+
+
+def message_of(status: Status, scene: Scene, stroke: Stroke, trajectory: Trajectory) -> str:
+    """Explain a status; for a refused stroke: field, value and allowed range."""
+    x, y, z = stroke.velocity
+    elevation = math.degrees(math.atan2(-z, math.hypot(x, y))) + 0.0  # 0, not -0
+    match status:
+        case Status.OK | Status.OFF_TABLE:  # told by what happened
+            return ''
+        case Status.NEVER_RESTS:
+            return (
+                f'nothing stops the ball: its last motion, from {trajectory.duration:.3g} s on, '
+                'is endless'
+            )
+        case Status.INFINITE_SEQUENCE:
+            return 'an infinite, decaying sequence of impacts was replaced by its limit'
+        case Status.NEGATIVE_ENERGY:
+            return 'law: poisson drove an elastic energy below zero; take another law'
+        case Status.TOLERANCE_NOT_REACHED:
+            return 'tolerance: not reached; error_estimate states how large the error may be'
+        case Status.BUDGET_EXCEEDED:
+            return 'step budget exceeded in the impact or the bounces; the result is incomplete'
+        case Status.MISS:
+            return stroke.miss or (
+                f'normal must point against the stroke, with a cosine below 0, got '
+                f'{_components(stroke.normal)}, cosine {_cosine(stroke):.3g}'
+            )
+        case Status.NEGATIVE_ELEVATION:
+            return (
+                f'elevation must be 0 to 90, got {elevation:.3g} (degrees); the velocity of the '
+                f'cue, {_components(stroke.velocity)} m/s, points up'
+            )
+        case Status.CUE_THROUGH_CLOTH:
+            height = scene.ball.radius * (1.0 + stroke.normal[2])
+            needed = scene.cue.ferrule_radius * math.cos(math.radians(elevation))
+            return (
+                f'normal must be at least {1e3 * needed:.3g} mm above the cloth, or the cue goes '
+                f'through it, got {_components(stroke.normal)}, {1e3 * height:.3g} mm above it'
+            )
+        case Status.CUE_THROUGH_BALL | Status.CUE_THROUGH_CUSHION:
+            return _in_the_way(status, scene, stroke, trajectory, elevation)
+    return status.name.lower().replace('_', ' ')
+
+
+def _in_the_way(
+    status: Status, scene: Scene, stroke: Stroke, trajectory: Trajectory, elevation: float
+) -> str:
+    around = placement.surroundings_of(scene)
+    touching = stroke.touching(scene.cue.tip_curvature_radius / scene.ball.radius)
+    direction = np.array(stroke.velocity) / stroke.speed
+    if status == Status.CUE_THROUGH_BALL:
+        names = [f'ball {name!r}' for name in scene.object_balls]
+        depth_in = placement.depth_in_ball
+    else:
+        names = [f'the {name} cushion' for name in NOSE_NAMES]
+        depth_in = placement.depth_in_cushion
+    depths = [
+        depth_in(around, i, touching.normal, direction, trajectory.final_position)
+        for i in range(len(names))
+    ]
+    pairs = zip(names, depths, strict=True)
+    name, depth = next(pair for pair in pairs if pair[1] > rounding.PLACE)
+    a, b, _, azimuth, _ = touching.offsets
+    lowest = lowest_elevation(scene, [[a, b, 0.0, azimuth, 1.0]], trajectory.final_position)
+    free = math.degrees(lowest[0])
+    blocked = f'{name} blocks the cue, by {1e3 * depth:.3g} mm'
+    if free >= 90.0:
+        return f'{blocked} at {elevation:.3g} degrees; no elevation clears it'
+    return f'elevation must be at least {free:g}, got {elevation:.3g} (degrees): {blocked}'
+
+
+def _components(values: tuple[float, ...]) -> str:
+    return '(' + ', '.join(f'{value:.4g}' for value in values) + ')'
+
+
+def _cosine(stroke: Stroke) -> float:
+    pairs = zip(stroke.normal, stroke.velocity, strict=True)
+    return sum(n * v for n, v in pairs) / stroke.speed
+
+
+STORY_WIDTH = 80  # characters of a line
+NO_BREAK = '\xa0'
+LABEL = 16  # characters of the name of a fact
+FASTEST_CUE = 30.0  # m/s; no cue is as fast
+
+
+def sentence(shot: Shot) -> str:
+    """Describe a shot in one line; for a refused stroke, give the reason."""
+    if shot.discontinuity > 0.0:
+        trouble = (
+            'law: the energetic law is discontinuous here; within the accuracy of the strike '
+            f'the ball may rest at either of two positions {shot.discontinuity:.2g} m apart'
+        )
+    else:
+        trouble = message_of(shot.status, shot.scene, shot.stroke, shot.trajectory)
+    if shot.status.refused:
+        return trouble
+    return '; '.join(filter(None, [trouble, *_happenings(shot)]))
+
+
+def facts(shot: Shot) -> dict[str, str]:
+    """List what people ask of a shot, by name, with units; empty for a refused stroke."""
+    if shot.status.refused:
+        return {}
+    a, b, elevation, azimuth, speed = shot.stroke.offsets
+    vx, vy, vz = shot.velocity
+    listed = {
+        'stroke': (
+            f'a {rounded(a, 2, "+")}, b {rounded(b, 2, "+")} radii; elevation '
+            f'{_degrees(elevation, 1)}, azimuth {_degrees(azimuth, 2)}; {speed:.3g} m/s'
+        ),
+        'cue ball leaves': (
+            f'at {math.hypot(vx, vy, vz):.3g} m/s, azimuth {_degrees(math.atan2(vy, vx), 2)}'
+        ),
+        'spin': f'{_spin_in_words(shot)} rad/s',
+        'spin x, y, z': f'{_vector(shot.spin, 1)} rad/s',
+    }
+    if shot.tip_time > 0.0:
+        chatter = ' (it chatters)' if shot.chatter else ''
+        listed['touch'] = (
+            f'tip {_milliseconds(shot.tip_time)}{chatter}, cloth {_milliseconds(shot.cloth_time)}'
+        )
+    if speed > FASTEST_CUE:
+        listed['warning'] = f'no cue reaches {speed:.3g} m/s; breaks have up to 15 m/s'
+    if len(shot.run.names) > 1:
+        listed['first contact'] = (
+            ball_in_words(shot.first_contact) if shot.first_contact else 'none'
+        )
+    for name in sorted(shot.run.names, key=_order):
+        if outcome := _outcome(shot, name):
+            listed['cue ball' if name == CUE_BALL else f'ball {name}'] = outcome
+    listed['numerical error'] = f'at most {1e3 * shot.error_estimate:.1g} mm'
+    if shot.first_contact:
+        until = ball_in_words(shot.first_contact)
+        listed['numerical error'] += f' until the cue ball meets {until}'
+    elif not shot.trajectory.comes_to_rest:
+        listed['numerical error'] += f' until {shot.trajectory.duration:.3g} s'
+    return listed
+
+
+def as_text(shot: Shot) -> str:
+    """Write status, sentence and facts, in lines of at most 80 characters."""
+    lines = textwrap.wrap(
+        f'{shot.status.name}: {sentence(shot)}', STORY_WIDTH, subsequent_indent='    '
+    )
+    return '\n'.join([*lines, *(wrapped_fact(*fact) for fact in facts(shot).items())])
+
+
+def wrapped_fact(name: str, text: str) -> str:
+    """Write a fact below its sentence, in lines of at most 80 characters; units stay in place."""
+    return textwrap.fill(
+        re.sub(r'(?<=\d) (?=m/s)', NO_BREAK, text),
+        STORY_WIDTH,
+        initial_indent=f'  {name:{LABEL}}',
+        subsequent_indent=' ' * (2 + LABEL),
+        break_on_hyphens=False,
+    ).replace(NO_BREAK, ' ')
+
+
+def _happenings(shot: Shot) -> Iterator[str]:
+    if shot.miscue:
+        yield 'a miscue: the tip slid on the ball'
+    yield _pocketed(shot)
+    for ball in shot.off_table:
+        yield f'{ball_in_words(ball)} off the table'
+    if shot.first_contact:
+        yield f'first contact {shot.first_contact}'
+    elif len(shot.run.names) > 1:
+        yield 'no ball hit'
+    if shot.double_hit is not None:
+        yield f'a double hit: the cue hits the ball again {moment_in_words(shot.double_hit)}'
+    if all(ball.comes_to_rest for ball in shot.run.balls.values()):
+        yield f'at rest after {shot.run.duration:.3g} s'
+
+
+def _pocketed(shot: Shot) -> str:
+    """Say which balls fell where; the cue ball scratches."""
+    falls = {ball: f'into {place_in_words(pocket)}' for ball, pocket in shot.pocketed.items()}
+    return '; '.join(
+        f'cue ball scratched {where}' if ball == CUE_BALL else f'{ball} {where}'
+        for ball, where in falls.items()
+    )
+
+
+def _outcome(shot: Shot, name: str) -> str:
+    """Say where a ball that moved, or was struck, ends; '' for the others."""
+    ball = shot.run.balls[name]
+    if name in shot.pocketed:
+        return f'falls into {place_in_words(shot.pocketed[name])}'
+    if name in shot.off_table:
+        return 'leaves the table'
+    if name != CUE_BALL and len(ball.rows) == 1:
+        return ''
+    ends = 'rests at' if ball.comes_to_rest else 'moves on from'
+    return f'{ends} {_vector(ball.final_position[:2], 3)} m'
+
+
+def _order(name: str) -> tuple[bool, float, str]:
+    """Sort the cue ball first, numbers by their values, and other names by the alphabet."""
+    return name != CUE_BALL, float(name) if name.isdecimal() else math.inf, name
+
+
+def _spin_in_words(shot: Shot) -> str:
+    """
+    State the spin [rad/s] about three axes, as seen along the horizontal motion of the ball.
+
+    Top and back spin: about the level axis across the motion. Side spin: about the vertical, named
+    by the side on which the cue hits. Massé spin: about the direction of motion, named by the side
+    to which the cloth turns the ball.
+    """
+    _, _, _, azimuth, _ = shot.stroke.offsets
+    vx, vy, _ = shot.velocity
+    heading = math.atan2(vy, vx) if math.hypot(vx, vy) > 0.0 else azimuth
+    cosine, sine = math.cos(heading), math.sin(heading)
+    x, y, z = shot.spin.tolist()
+    named = (
+        (cosine * y - sine * x, 'top', 'back'),
+        (z, 'right', 'left'),
+        (cosine * x + sine * y, 'massé right', 'massé left'),
+    )
+    told = [
+        f'{positive if value > 0.0 else negative} {abs(value):.1f}'
+        for value, positive, negative in named
+        if abs(value) >= 0.05  # else it is written as 0.0
+    ]
+    return ', '.join(told) or '0.0'
+
+
+def _vector(values: np.ndarray[tuple[int, ...], np.dtype[np.float64]], digits: int) -> str:
+    return f'({", ".join(rounded(value, digits) for value in values.tolist())})'
+
+
+def _milliseconds(seconds: float) -> str:
+    return f'{1e3 * seconds:.3g} ms'
+
+
+def _degrees(radians: float, digits: int) -> str:
+    return f'{rounded(math.degrees(radians), digits)}°'
+
 
 ROUNDED_PUSH = 1e-12  # relative to a push: friction that is only rounding
 
@@ -69,13 +321,13 @@ class Shot(Shown):
     @cached_property
     def message(self) -> str:
         """The result in one sentence; for a refused stroke, the reason."""
-        return story.sentence(self)
+        return sentence(self)
 
     def __repr__(self) -> str:
         return f'Shot({self.status.name}: {self.message})'
 
     def __str__(self) -> str:
-        return story.as_text(self)
+        return as_text(self)
 
     @property
     def events(self) -> tuple[TableEvent, ...]:

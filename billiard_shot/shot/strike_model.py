@@ -5,13 +5,16 @@ from math import inf
 from typing import NamedTuple
 
 from billiard_shot.compiled import inner
-from billiard_shot.impact.laws import BISTIFFNESS, LAWS
+from billiard_shot.impact.options import BISTIFFNESS, LAWS
 from billiard_shot.scene import Scene
-from billiard_shot.table.contact_duration import stiffness_of, STROKE_SPEED
-from billiard_shot.table.cue import CueParams
-from billiard_shot.table.cue_impact import CLOTH_CONTACT, TIP_CONTACT
-from billiard_shot.table.params import BallClothParams, TableParams
-from billiard_shot.table.scene_params import ball_cloth_params
+from billiard_shot.table.model.cue import CLOTH_CONTACT, CueParams, TIP_CONTACT
+from billiard_shot.table.model.geometry import (
+    BallClothParams,
+    stiffness_of,
+    STROKE_SPEED,
+    TableParams,
+)
+from billiard_shot.table.run.layout import ball_cloth_params
 
 REACH = 0.03  # m: farther than a ball goes while the tip of a cue at 10 m/s touches it
 NORMALS = 16  # that a contact has while the tip touches the ball

@@ -2,19 +2,73 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 import math
+from math import cos, hypot, sin, sqrt
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from billiard_shot.compiled import entry, inner
 from billiard_shot.notebook import Shown
 from billiard_shot.numerics import rounding
-from billiard_shot.records import Triple
-from billiard_shot.scene.errors import refused
-from billiard_shot.scene.values import as_float, as_floats, LARGEST, positive
-from billiard_shot.shot.stroke_vectors import axes, write_strokes
+from billiard_shot.records import Floats, Storage, Triple
+from billiard_shot.scene.errors import refused, unknown
+from billiard_shot.scene.fields import as_float, as_floats, LARGEST, positive
+from billiard_shot.scene.files import read_yaml
+from billiard_shot.scene.player import A, AZIMUTH, B, ELEVATION, IN_DEGREES, SPEED
+
+
+@inner
+def axes(elevation: float, azimuth: float) -> tuple[Triple, Triple, Triple]:
+    """Find unit vectors to the right, up and along a stroke [rad], as seen by who plays it."""
+    sin_e, cos_e, sin_t, cos_t = sin(elevation), cos(elevation), sin(azimuth), cos(azimuth)
+    right, up = (sin_t, -cos_t, 0.0), (sin_e * cos_t, sin_e * sin_t, cos_e)
+    return right, up, (cos_e * cos_t, cos_e * sin_t, -sin_e)
+
+
+@inner
+def write_vectors(stroke: Floats, elevation: float, normal: Floats, axis: Floats) -> None:
+    """
+    Write the unit normal and the axis of a stroke (5,) at an elevation [rad].
+
+    If the tip misses the ball, the normal is at a right angle to the stroke.
+    """
+    a, b = stroke[A], stroke[B]
+    right, up, along = axes(elevation, stroke[AZIMUTH])
+    depth = sqrt(max(1.0 - a * a - b * b, 0.0))
+    length = hypot(hypot(a, b), depth)
+    for k in range(3):
+        axis[k] = along[k]
+        normal[k] = (a * right[k] + b * up[k] - depth * along[k]) / length
+
+
+def _example(storage: Storage) -> tuple[Any, ...]:
+    return storage.zeros(1, 5), storage.zeros(1, 3), storage.zeros(1, 3)
+
+
+@entry(_example)
+def write_strokes(offsets: Floats, normals: Floats, velocities: Floats) -> None:
+    """
+    Find the vectors of strokes; those of equal strokes are equal to the last bit on all machines.
+
+    Parameters
+    ----------
+    offsets : (n, 5) floats
+        a, b, elevation, azimuth, speed, as of `Stroke.from_offsets`.
+    normals, velocities : (n, 3) floats, written
+        Unit vectors from the centre of the ball to the tip; velocities of the cue [m/s].
+
+    """
+    for i in range(len(offsets)):
+        stroke, velocity = offsets[i], velocities[i]
+        write_vectors(stroke, stroke[ELEVATION], normals[i], velocity)
+        for k in range(3):
+            velocity[k] *= stroke[SPEED]
+
 
 Numbers = Sequence[float] | NDArray[np.float64]
 
@@ -356,3 +410,70 @@ def _direction(name: str, values: Numbers, count: int) -> list[float]:
         return found  # as `unit_rows` does, but in a tenth of the time
     unit: list[float] = unit_rows(np.array([found]))[0].tolist()
     return unit
+
+
+FORMS: tuple[tuple[str, ...], ...] = (
+    ('normal', 'velocity'),
+    IN_DEGREES,  # all but the speed are 0 by default
+    ('position', 'quaternion', 'speed'),
+)
+
+
+def read_strokes(path: Path, ball: tuple[float, float, float]) -> dict[str, Stroke]:
+    """
+    Read named strokes from a YAML file.
+
+    Parameters
+    ----------
+    path : Path
+        Of a list of mappings, each with the keys of one of `FORMS` and perhaps a `name`.
+    ball : (3,) tuple of float
+        Centre of the cue ball [m], for strokes that are stated as a pose.
+
+    Raises
+    ------
+    ValueError
+        Listing every mistake in the file.
+
+    """
+    data = read_yaml(path)
+    if not isinstance(data, list) or not data:
+        raise ValueError(f'{path} must hold a list of strokes, such as [{{a: 0.2, speed: 1.5}}]')
+    strokes: dict[str, Stroke] = {}
+    mistakes = []
+    for number, item in enumerate(data, 1):
+        name = str(item.get('name', number)) if isinstance(item, Mapping) else str(number)
+        if name in strokes:
+            mistakes.append(f'stroke {number}: name {name!r} is there twice')
+        try:
+            strokes[name] = stroke_from(item, ball)
+        except ValueError as mistake:
+            is_mapping = isinstance(item, Mapping)
+            mistakes.append(f'stroke {name}{":" if is_mapping else ""} {mistake}')
+    if mistakes:
+        raise ValueError('\n  '.join([f'{path}: {len(mistakes)} wrong', *mistakes]))
+    return strokes
+
+
+def stroke_from(item: object, ball: tuple[float, float, float]) -> Stroke:
+    """Make one stroke of a mapping with the keys of one of `FORMS`, and perhaps a `name`."""
+    if not isinstance(item, Mapping):
+        raise refused(item, 'a mapping')
+    given: dict[str, Any] = {str(key): value for key, value in item.items() if key != 'name'}
+    known = sorted({key for form in FORMS for key in form})
+    for key in given:
+        if key not in known:
+            raise ValueError(f'{key} {unknown(key, known)}')
+    if given.keys() == {'normal', 'velocity'}:
+        return Stroke(**given)
+    if given.keys() == {'position', 'quaternion', 'speed'}:
+        return Stroke.from_pose(**given, ball=ball)
+    if given and given.keys() <= set(FORMS[1]):
+        return Stroke.from_offsets(**given)
+    for form in (FORMS[0], FORMS[2]):
+        if given and given.keys() <= set(form):
+            raise ValueError(f'{next(key for key in form if key not in given)} is missing')
+    raise ValueError(
+        f'keys must be those of one form, {"; or ".join(", ".join(form) for form in FORMS)}, got '
+        + ', '.join(given)
+    )

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import os
 
 from billiard_shot.cli import make_parser
-from billiard_shot.cli.exit_codes import EXIT_CODES
+from billiard_shot.cli.output import EXIT_CODES
 
 
 def page() -> str:

@@ -19,7 +19,7 @@ from pages import FILE
 import yaml
 
 from billiard_shot import predict, Scene, Stroke
-from billiard_shot.embed.core_files import core_script
+from billiard_shot.embed.scenes import core_script
 from billiard_shot.pictures.view import page_of, page_of_scene
 
 FOLDER = '_live'

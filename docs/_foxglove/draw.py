@@ -28,7 +28,7 @@ from billiard_shot import Scene, Stroke
 from billiard_shot.ros.client import RobotClient
 from billiard_shot.ros.node_runner import LATCHED
 from billiard_shot.ros.predict_shot import request_of
-from billiard_shot.ros.processes import quiet_environment
+from billiard_shot.ros.robot import quiet_environment
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]

@@ -1,7 +1,7 @@
 """An effect that is not there: the cloth is polished where balls slide for long."""
 
 from billiard_shot import EventKind, predict, Scene, Stroke
-from billiard_shot.table.effects import EffectGate, GateDecision
+from billiard_shot.table.run.effects import EffectGate, GateDecision
 
 
 def slides_for_long(context):

@@ -9,7 +9,7 @@ from simulated import simulated_recording
 from billiard_shot import Scene
 from billiard_shot.calibration.reader import read_recording, write_csv
 from billiard_shot.cli import main
-from billiard_shot.cli.exit_codes import DONE, WRONG_INPUT
+from billiard_shot.cli.output import DONE, WRONG_INPUT
 
 JSON = '[{"id": 3, "balls": {"1": {"t": [0, 0.02, 0.04], "x": [0, 0.02, 0.04], "y": [0, 0, 0]}}}]'
 

@@ -7,7 +7,7 @@ from billiard_shot import Scene, Stroke
 from billiard_shot.calibration.player import errors_of
 from billiard_shot.calibration.reader import read_errors
 from billiard_shot.cli import main
-from billiard_shot.cli.exit_codes import DONE, WRONG_INPUT
+from billiard_shot.cli.output import DONE, WRONG_INPUT
 from billiard_shot.scene import Bias, Noise
 from billiard_shot.scene.player import IN_DEGREES
 

@@ -17,7 +17,7 @@ from billiard_shot.calibration.recording import measured_sigma, with_sigma
 from billiard_shot.calibration.result import Check
 from billiard_shot.calibration.samples import FIT_PERIOD, samples_of
 from billiard_shot.cli import main
-from billiard_shot.cli.exit_codes import FAILED, WRONG_INPUT
+from billiard_shot.cli.output import FAILED, WRONG_INPUT
 
 CAROM = replace(Scene.load('carom'), balls={})
 QUICK = '--held-out', '0', '--horizon', '0.5', '--workers', '1', '--fit', 'cloth.sliding_friction'

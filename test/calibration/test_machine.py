@@ -21,10 +21,9 @@ from billiard_shot.calibration.reader import read_recording, write_csv
 from billiard_shot.calibration.recording import RecordedShot, Recording, Track
 from billiard_shot.calibration.samples import samples_of
 from billiard_shot.cli import main
-from billiard_shot.cli.exit_codes import DONE, WRONG_INPUT
-from billiard_shot.cue.alignment import Alignment
-from billiard_shot.cue.mechanism import Mechanism
-from billiard_shot.numerics.angles import wrapped
+from billiard_shot.cli.output import DONE, WRONG_INPUT
+from billiard_shot.cue.mechanism import Alignment, Mechanism
+from billiard_shot.numerics.vectors import wrapped
 from billiard_shot.scene import Noise
 from billiard_shot.scene.player import with_errors
 

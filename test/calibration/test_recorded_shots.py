@@ -2,7 +2,7 @@
 Recorded three-cushion shots beside scene `carom`.
 
 BILLIARD_SHOT_RECORDINGS names a file of shots as the repository tailuge/billiards publishes them,
-in metres, see billiard_shot/calibration/carom_json.py.
+in metres, see billiard_shot/calibration/reader.py.
 """
 
 import os

@@ -10,7 +10,7 @@ from billiard_shot.calibration.player import most_likely_scale, Tried
 from billiard_shot.calibration.reader import write_csv
 from billiard_shot.calibration.recording import RecordedShot, Recording, Track
 from billiard_shot.cli import main
-from billiard_shot.cli.exit_codes import DONE
+from billiard_shot.cli.output import DONE
 
 SCENE = Scene.load('pool_table')
 NAMES = 'cue', '1', '2', '3'

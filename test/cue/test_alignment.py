@@ -8,12 +8,17 @@ from plans import contact_of, MECHANISM, plan_of, random_shot, SCENE, sightings
 import pytest
 
 from billiard_shot import lowest_elevation, Scene, Stroke
-from billiard_shot.cue.alignment import Alignment
-from billiard_shot.cue.kinematics import forward_kinematics, home
-from billiard_shot.cue.measurement import StrikeDetector
-from billiard_shot.cue.mechanism import INCLINE, STROKE
-from billiard_shot.cue.outcome import GoalOutcome, RefusedError
-from billiard_shot.cue.plan import prepare_shot, ShotPlan, stroke_on_table, tip_at
+from billiard_shot.cue.execution import StrikeDetector
+from billiard_shot.cue.mechanism import Alignment, INCLINE, STROKE
+from billiard_shot.cue.model import forward_kinematics, home
+from billiard_shot.cue.plan import (
+    GoalOutcome,
+    prepare_shot,
+    RefusedError,
+    ShotPlan,
+    stroke_on_table,
+    tip_at,
+)
 from billiard_shot.scene import Robot
 from billiard_shot.scene.placement import CUE_BALL
 

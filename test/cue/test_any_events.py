@@ -17,7 +17,7 @@ import pytest
 from billiard_shot.cue.controller import Controller, RECOVERY
 from billiard_shot.cue.execution import Settings
 from billiard_shot.cue.mechanism import STROKE
-from billiard_shot.cue.outcome import RefusedError
+from billiard_shot.cue.plan import RefusedError
 from billiard_shot.cue.safety import MOVING, SafetyState
 
 SETTINGS = Settings()

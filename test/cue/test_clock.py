@@ -4,7 +4,7 @@ import time
 
 import pytest
 
-from billiard_shot.cue.clock import CLOCK_RECOVERY, ClockWatch, steady_time
+from billiard_shot.cue.inputs import CLOCK_RECOVERY, ClockWatch, steady_time
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ import pytest
 
 from billiard_shot.cue.execution import Settings
 from billiard_shot.cue.mechanism import INCLINE, STROKE
-from billiard_shot.cue.outcome import GoalOutcome, RefusedError
+from billiard_shot.cue.plan import GoalOutcome, RefusedError
 from billiard_shot.cue.safety import SafetyState
 from billiard_shot.cue.simulated import Faults, Imperfections
 

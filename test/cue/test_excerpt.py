@@ -7,7 +7,7 @@ from plans import HOME, MECHANISM, plan_of, SCENE
 import pytest
 from quintic import quintic
 
-from billiard_shot.cue.excerpt import excerpt
+from billiard_shot.cue.joint_trajectory import excerpt
 from billiard_shot.cue.plan import aim_trajectory, prepare_shot
 
 SHOT = prepare_shot(MECHANISM, SCENE, plan_of((0.1, 0.2, 0.3, 0.5, 2.0)))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from billiard_shot.cue.feedback import JointFeedback
+from billiard_shot.cue.inputs import JointFeedback
 
 NAMES = ('slide', 'lift', 'stroke')
 POSITION, VELOCITY = (0.1, 0.2, 0.3), (1.0, 2.0, 3.0)

@@ -1,7 +1,7 @@
 import pytest
 
-from billiard_shot.cue.goals import check_goal
-from billiard_shot.cue.outcome import GoalOutcome, RefusedError
+from billiard_shot.cue.inputs import check_goal
+from billiard_shot.cue.plan import GoalOutcome, RefusedError
 
 
 def refusal(shot_id='shot', remaining=60.0, played=()):

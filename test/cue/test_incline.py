@@ -4,8 +4,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 import pytest
 
-from billiard_shot.cue.incline import Incline
-from billiard_shot.cue.limits import LimitError
+from billiard_shot.cue.mechanism import Incline, LimitError
 
 DEFAULT = Incline()
 

@@ -6,14 +6,13 @@ import numpy as np
 from plans import contact_of, MECHANISM, SHOTS
 import pytest
 
-from billiard_shot.cue.kinematics import (
+from billiard_shot.cue.mechanism import Axis, JOINTS, LimitError, Mechanism, STROKE
+from billiard_shot.cue.model import (
     forward_kinematics,
     inverse_kinematics,
     TipPose,
     travel_pivot_height,
 )
-from billiard_shot.cue.limits import LimitError
-from billiard_shot.cue.mechanism import Axis, JOINTS, Mechanism, STROKE
 from billiard_shot.cue.plan import aim_trajectory
 from billiard_shot.shot.stroke import Stroke
 

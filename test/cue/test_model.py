@@ -13,13 +13,17 @@ import yaml
 
 from billiard_shot import Scene
 from billiard_shot.cli import main
-from billiard_shot.cue.alignment import Alignment
-from billiard_shot.cue.incline import Incline
-from billiard_shot.cue.kinematics import forward_kinematics
-from billiard_shot.cue.mechanism import Axis, INCLINE, JOINTS, Mechanism, STROKE
-from billiard_shot.cue.model import joints_of, transforms
-from billiard_shot.cue.parts import MovingPart
-from billiard_shot.cue.urdf import urdf_of
+from billiard_shot.cue.mechanism import (
+    Alignment,
+    Axis,
+    INCLINE,
+    Incline,
+    JOINTS,
+    Mechanism,
+    MovingPart,
+    STROKE,
+)
+from billiard_shot.cue.model import forward_kinematics, joints_of, transforms, urdf_of
 
 OTHER = Mechanism(
     reach=0.2,

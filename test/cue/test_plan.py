@@ -10,15 +10,23 @@ from plans import contact_of, MECHANISM, plan_of, RADIUS, random_shot, SCENE, SH
 import pytest
 
 from billiard_shot import Stroke
-from billiard_shot.cue.kinematics import forward_kinematics
 from billiard_shot.cue.mechanism import STROKE
-from billiard_shot.cue.outcome import GoalOutcome, RefusedError
-from billiard_shot.cue.plan import prepare_shot, ShotPlan, tip_at
-from billiard_shot.cue.touch import first_touch, gap, SETBACK, Shape
+from billiard_shot.cue.model import forward_kinematics
+from billiard_shot.cue.plan import (
+    first_touch,
+    gap,
+    GoalOutcome,
+    prepare_shot,
+    RefusedError,
+    SETBACK,
+    Shape,
+    ShotPlan,
+    tip_at,
+)
 from billiard_shot.records import ROWS
 from billiard_shot.shot.predict import predict
-from billiard_shot.table.motion import Motion, SegmentRecord
-from billiard_shot.table.trajectory import Trajectory
+from billiard_shot.table.model.motion import Motion, SegmentRecord
+from billiard_shot.table.run.results import Trajectory
 
 POINT = Shape(RADIUS, 0.0, 0.0)
 

@@ -6,10 +6,8 @@ import numpy as np
 from plans import HOME, MECHANISM
 import pytest
 
-from billiard_shot.cue.joint_trajectory import ramp_times
-from billiard_shot.cue.limits import LimitError
-from billiard_shot.cue.mechanism import BASE_Z, Mechanism, STROKE
-from billiard_shot.cue.profile import stroke_profile, stroke_trajectory
+from billiard_shot.cue.joint_trajectory import ramp_times, stroke_profile, stroke_trajectory
+from billiard_shot.cue.mechanism import BASE_Z, LimitError, Mechanism, STROKE
 
 MASS, GRAVITY = 0.5018, 9.80665
 DRIVE = MECHANISM.stroke

@@ -4,8 +4,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 import pytest
 
+from billiard_shot.cue.inputs import read_latched, UNKNOWN, write_latched
 from billiard_shot.cue.safety import LATCHED_STATES, SafetyState
-from billiard_shot.cue.state_file import read_latched, UNKNOWN, write_latched
 
 
 @pytest.mark.parametrize('state', LATCHED_STATES)

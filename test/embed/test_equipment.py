@@ -7,11 +7,9 @@ import numpy as np
 import pytest
 
 from billiard_shot import Scene
-from billiard_shot.embed.equipment import equipment_of
-from billiard_shot.embed.packed import packed_play
-from billiard_shot.embed.page_scene import export_scene
-from billiard_shot.embed.plain import plain
-from billiard_shot.scene.parameters import with_parameters
+from billiard_shot.embed.page_state import equipment_of
+from billiard_shot.embed.scenes import export_scene, packed_play, plain
+from billiard_shot.scene.scene import with_parameters
 
 
 def changed(arguments, equipment, effects, parameters):

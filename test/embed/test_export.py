@@ -11,7 +11,7 @@ import pytest
 
 from billiard_shot import machine_code, predict, Stroke
 from billiard_shot.cli import main
-from billiard_shot.embed.core_files import core_folder
+from billiard_shot.embed.scenes import core_folder
 
 pytestmark = pytest.mark.skipif(not machine_code.is_loaded(), reason='needs machine code')
 EXAMPLES = Path(__file__).resolve().parents[2] / 'docs' / 'examples'

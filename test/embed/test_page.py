@@ -14,18 +14,16 @@ import numpy as np
 import pytest
 
 from billiard_shot import machine_code, predict, predict_batch, Scene, shots, Stroke
-from billiard_shot.embed.core_files import core_folder, MODULE, PAGES
-from billiard_shot.embed.page_scene import export_scene
+from billiard_shot.compiler.build import PAGES
+from billiard_shot.embed.scenes import core_folder, export_scene, MODULE
 from billiard_shot.planning.statistics import wilson_interval
 from billiard_shot.scene.player import OFFSETS
-from billiard_shot.shot.accuracy import Accuracy, DEFAULT_SHOT_TOLERANCE
-from billiard_shot.shot.play import play_by
-from billiard_shot.shot.setting import setting_of
+from billiard_shot.shot.play import Accuracy, DEFAULT_SHOT_TOLERANCE, play_by, setting_of
 from billiard_shot.shot.stroke import vectors_of
-from billiard_shot.table.motion import Motion
-from billiard_shot.table.run import POCKET_NAMES
-from billiard_shot.table.table_states import TableStates
-from billiard_shot.table.task import run_with_events
+from billiard_shot.table.model.motion import Motion
+from billiard_shot.table.run.results import POCKET_NAMES
+from billiard_shot.table.run.states import TableStates
+from billiard_shot.table.run.task import run_with_events
 
 pytestmark = pytest.mark.skipif(not machine_code.is_loaded(), reason='needs machine code')
 needs_browser = pytest.mark.skipif(find_browser() is None, reason='needs Chromium')

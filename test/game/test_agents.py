@@ -10,19 +10,33 @@ import pytest
 from billiard_shot import predict, predict_batch, Scene
 from billiard_shot.cli import main
 from billiard_shot.game import Call, Decision, judge, Outcome, Ruling, start, State
-from billiard_shot.game.agent import scene_of, simulated
 from billiard_shot.game.agents.greedy import Greedy
 from billiard_shot.game.agents.player import Player
-from billiard_shot.game.batch_outcomes import rule_on, RuledBatch
-from billiard_shot.game.breaks import best_break, break_racks
-from billiard_shot.game.game import find_game
-from billiard_shot.game.ideas import indirect_pots
-from billiard_shot.game.placing import placed
-from billiard_shot.game.rack import play_rack, replayed
-from billiard_shot.game.rack_record import ENDS, RackRecord
-from billiard_shot.game.rating import Position
-from billiard_shot.game.tournament import agent_names, find_agent, Pairing, play, summary
-from billiard_shot.game.valuation import at_table, SHOT, value, values, win_probabilities
+from billiard_shot.game.ideas import indirect_pots, Position
+from billiard_shot.game.rack import (
+    agent_names,
+    ENDS,
+    find_agent,
+    Pairing,
+    play,
+    play_rack,
+    RackRecord,
+    replayed,
+    scene_of,
+    simulated,
+    summary,
+)
+from billiard_shot.game.state import find_game
+from billiard_shot.game.strokes import best_break, break_racks, placed
+from billiard_shot.game.valuation import (
+    at_table,
+    rule_on,
+    RuledBatch,
+    SHOT,
+    value,
+    values,
+    win_probabilities,
+)
 from billiard_shot.pictures.rack import draw_rack
 
 TABLE = Scene.load('seven_foot')

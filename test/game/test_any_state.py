@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from billiard_shot import Scene
 from billiard_shot.game import Call, choose, find_game, game_names, judge, Outcome, State
 from billiard_shot.game.state import CHOICES, GROUPS, IN_HAND, PHASES
-from billiard_shot.table.run import POCKET_NAMES
+from billiard_shot.table.run.results import POCKET_NAMES
 
 TABLE = Scene.load('pool_table')
 PLACES = [(0.1 * x, 0.1 * y) for x in range(-10, 11) for y in range(-4, 5)]

@@ -14,10 +14,10 @@ import pytest
 
 from billiard_shot import Scene
 from billiard_shot.cli import main
-from billiard_shot.cli.exit_codes import DONE, INTERRUPTED, WRONG_INPUT
+from billiard_shot.cli.output import DONE, INTERRUPTED, WRONG_INPUT
 from billiard_shot.cli.person import Person
 from billiard_shot.game import start
-from billiard_shot.game.rack_record import RackRecord
+from billiard_shot.game.rack import RackRecord
 
 PRACTICE = 'play practice --balls 2 --scene seven_foot --players person'
 PLACED = '-0.4 0.1\n\n'  # with Enter

@@ -21,8 +21,8 @@ from billiard_shot.game import (
     start,
     State,
 )
-from billiard_shot.game.batch_outcomes import rule_on
-from billiard_shot.game.spots import spotted
+from billiard_shot.game.referee import spotted
+from billiard_shot.game.valuation import rule_on
 
 TABLE = Scene.load('pool_table')
 EIGHT = start('eight_ball', TABLE, seed=3)

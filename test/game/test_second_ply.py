@@ -7,12 +7,10 @@ import pytest
 
 from billiard_shot import Scene
 from billiard_shot.game import Ruling, start
-from billiard_shot.game.batch_outcomes import RuledBatch
-from billiard_shot.game.placing import placed
-from billiard_shot.game.second_ply import second_ply
-from billiard_shot.game.valuation import BLOCKED, shots_left, values
+from billiard_shot.game.strokes import placed
+from billiard_shot.game.valuation import BLOCKED, RuledBatch, second_ply, shots_left, values
 from billiard_shot.planning.within_noise import play_within_noise
-from billiard_shot.table.motion import NOTHING
+from billiard_shot.table.model.motion import NOTHING
 
 TABLE = Scene.load('pool_table')
 
@@ -64,7 +62,7 @@ def test_a_stroke_whose_cue_hits_the_cue_ball_again_does_not_count(monkeypatch):
     place = ball - way * (2.0 * TABLE.ball.radius + 0.002)
     batch = end_states({'cue': tuple(place), '1': tuple(ball), '2': (0.9, -0.45)})
     first = values(TABLE, 0, batch)
-    monkeypatch.setattr('billiard_shot.game.second_ply.play_within_noise', play)
+    monkeypatch.setattr('billiard_shot.game.valuation.play_within_noise', play)
     assert second_ply(TABLE, 0, batch, first).tolist() == first.tolist()
     potted = played[0].pocket[:, 1] != NOTHING
     assert played[0].double_hit[potted].mean() > 0.5

@@ -7,12 +7,10 @@ import numpy as np
 import pytest
 
 from billiard_shot import predict, Scene, Stroke
-from billiard_shot.game.agent import scene_of
-from billiard_shot.game.call import Call
-from billiard_shot.game.outcome import outcome_of
-from billiard_shot.game.racking import start
-from billiard_shot.game.referee import judge
-from billiard_shot.game.seen import MOVED, possible_rulings, Told, told_outcome
+from billiard_shot.game.rack import scene_of
+from billiard_shot.game.referee import judge, start
+from billiard_shot.game.state import Call, outcome_of
+from billiard_shot.game.typed import MOVED, possible_rulings, Told, told_outcome
 
 SCENE = Scene.load('pool_table')
 

@@ -10,16 +10,16 @@ import numpy as np
 import pytest
 
 from billiard_shot import aim, predict, Scene
-from billiard_shot.game.call import Call
-from billiard_shot.game.placing import listed_shots
-from billiard_shot.game.racking import start
-from billiard_shot.game.seen import Told
+from billiard_shot.game.referee import start
+from billiard_shot.game.state import Call
+from billiard_shot.game.strokes import listed_shots
 from billiard_shot.game.typed import (
     read_choice,
     read_confirmation,
     read_outcome,
     read_place,
     read_shot,
+    Told,
 )
 from billiard_shot.shot.lowest_elevation import refusals_in
 from billiard_shot.shot.stroke import vectors_of

@@ -7,7 +7,7 @@ import pytest
 
 from billiard_shot import predict, Scene, Stroke
 from billiard_shot.game import judge, start
-from billiard_shot.game.agent import scene_of
+from billiard_shot.game.rack import scene_of
 
 gymnasium = pytest.importorskip('gymnasium')
 from gymnasium.utils.env_checker import check_env  # noqa: E402

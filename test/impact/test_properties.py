@@ -21,7 +21,7 @@ from setups import (
 from slow_check import frame, inverse_mass, jacobian, rotation
 
 from billiard_shot.impact.collocation import TABLEAUS
-from billiard_shot.impact.outcome import energy_imbalance
+from billiard_shot.impact.ending import energy_imbalance
 from billiard_shot.impact.state import ContactState, workspace
 from billiard_shot.records import OBJECTS
 from billiard_shot.status import Status

@@ -6,9 +6,8 @@ from hypothesis.extra.numpy import arrays
 import numpy as np
 import pytest
 
-from billiard_shot.numerics.frames import contact_axes
 from billiard_shot.numerics.linear import pseudo_inverse, solve_in_place
-from billiard_shot.numerics.vectors import unit
+from billiard_shot.numerics.vectors import contact_axes, unit
 
 NUMBERS = st.floats(-10.0, 10.0)
 VECTORS = arrays(float, 3, elements=NUMBERS)

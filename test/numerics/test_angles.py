@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from billiard_shot.numerics.angles import wrapped
+from billiard_shot.numerics.vectors import wrapped
 
 
 def test_wrapped_angles_differ_by_full_turns():

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.polynomial import Polynomial
 import pytest
 
-from billiard_shot.numerics import polynomial, quartic
+from billiard_shot.numerics import polynomial
+from billiard_shot.numerics import polynomial as quartic
 
 COEFFICIENTS = st.lists(st.floats(-10.0, 10.0), min_size=4, max_size=4)
 STARTS = st.floats(1e-3, 10.0)

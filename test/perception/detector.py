@@ -12,8 +12,8 @@ import numpy as np
 
 from billiard_shot import predict, Scene, Stroke
 from billiard_shot.perception.tracker import BallTracker, Detection
-from billiard_shot.table.motion import Motion
-from billiard_shot.table.outline import outline_of
+from billiard_shot.table.model.motion import Motion
+from billiard_shot.table.run.outline import outline_of
 
 PERIOD = 1 / 30
 """Time between two pictures [s]."""

@@ -10,7 +10,7 @@ import pytest
 
 from billiard_shot import Scene
 from billiard_shot.shot.aim import aim
-from billiard_shot.table.run import POCKET_NAMES
+from billiard_shot.table.run.results import POCKET_NAMES
 
 BREAKS = 200 if 'NIGHTLY' in os.environ else 10
 POTS = 48 if 'NIGHTLY' in os.environ else 6

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from billiard_shot import Scene
-from billiard_shot.perception.lying import positions_of
-from billiard_shot.perception.sightings import Sighting
+from billiard_shot.perception.sightings import positions_of, Sighting
 
 SCENE = Scene.load('pool_table')
 RADIUS = SCENE.ball.radius

@@ -2,8 +2,7 @@
 
 from dataclasses import replace
 
-from billiard_shot.perception.resting import REST_DISTANCE, REST_TIME, RestWatch
-from billiard_shot.perception.sightings import Sighting
+from billiard_shot.perception.sightings import REST_DISTANCE, REST_TIME, RestWatch, Sighting
 
 LYING = {'cue': Sighting((0.1, 0.2)), '8': Sighting((0.5, 0.0))}
 

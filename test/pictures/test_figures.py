@@ -15,14 +15,17 @@ import pytest
 
 from billiard_shot import pictures, predict, Scene, Stroke
 from billiard_shot.cli import main
-from billiard_shot.pictures.collision import collision_figure, draw_collision
-from billiard_shot.pictures.histories import history_of
-from billiard_shot.pictures.strike import grip_of
-from billiard_shot.pictures.trace import trace_of_collision, trace_of_strike
+from billiard_shot.pictures.collision import (
+    collision_figure,
+    draw_collision,
+    grip_of,
+    trace_of_collision,
+    trace_of_strike,
+)
+from billiard_shot.pictures.history import history_of
 from billiard_shot.pictures.trails import trails_of
 from billiard_shot.pictures.view import view_data
-from billiard_shot.table.run import TableRun
-from billiard_shot.table.trajectory import EventKind
+from billiard_shot.table.run.results import EventKind, TableRun
 import studies
 from studies import figures, laws
 from studies.collisions import stacked
@@ -326,7 +329,7 @@ def test_command_in_an_empty_folder(tmp_path, capsys, monkeypatch):
     'words',
     [
         ['study', 'accuracy'],
-        ['atlas', 'blocked', '--ball', '8'],
+        ['map', 'blocked', '--ball', '8'],
         ['study', 'effects'],
         ['plan', 'blocked', '--pot', '8'],
         ['predict', '--speed', '2'],

@@ -24,12 +24,12 @@ from billiard_shot import (
     TableStates,
 )
 from billiard_shot.cli import main
-from billiard_shot.embed.core_files import core_script
+from billiard_shot.embed.scenes import core_script
 from billiard_shot.pictures.view import page_of, page_of_scene
-from billiard_shot.shot.setting import setting_of
-from billiard_shot.shot.stroke_file import read_strokes
-from billiard_shot.table.outline import outline_of
-from billiard_shot.table.run import POCKET_NAMES
+from billiard_shot.shot.play import setting_of
+from billiard_shot.shot.stroke import read_strokes
+from billiard_shot.table.run.outline import outline_of
+from billiard_shot.table.run.results import POCKET_NAMES
 
 pytestmark = [
     pytest.mark.skipif(not machine_code.is_loaded(), reason='needs machine code'),

@@ -8,7 +8,7 @@ import pytest
 
 from billiard_shot import plan, predict, predict_batch, Scene, Stroke
 from billiard_shot.planning.result import PlanResult
-from billiard_shot.shot.story import facts
+from billiard_shot.shot.shot import facts
 from billiard_shot.status import Status
 
 SCENE = Scene.load('blocked')

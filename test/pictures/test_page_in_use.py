@@ -17,7 +17,7 @@ import pytest
 from billiard_shot import machine_code, predict, Scene, Stroke
 from billiard_shot.pictures.view import page_of_scene
 from billiard_shot.planning.statistics import percent
-from billiard_shot.scene.bundled import scene_names
+from billiard_shot.scene.files import scene_names
 
 pytestmark = [
     pytest.mark.skipif(not machine_code.is_loaded(), reason='needs machine code'),

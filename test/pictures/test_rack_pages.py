@@ -5,7 +5,7 @@ import re
 import pytest
 
 from billiard_shot import Scene
-from billiard_shot.game.tournament import Pairing, play
+from billiard_shot.game.rack import Pairing, play
 from billiard_shot.pictures import rack
 from billiard_shot.pictures.rack import write_rack
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from billiard_shot import BallState, predict, Scene, simulate, Stroke
+from billiard_shot.pictures.colours import ball_colour, CUE_BALL_COLOUR, is_striped, OTHER, POOL
 from billiard_shot.pictures.plan import plan_figure
 from billiard_shot.pictures.table import (
     draw_shot,
@@ -18,14 +19,12 @@ from billiard_shot.pictures.table import (
     table_axes,
 )
 from billiard_shot.pictures.trails import ENDLESS_SHOWN, path_colours, trails_of, trails_of_run
-from billiard_shot.planning.dispersion import sample_outcomes
-from billiard_shot.planning.limits import limits_of
-from billiard_shot.planning.result import RankedStroke
+from billiard_shot.planning.problem import limits_of
+from billiard_shot.planning.result import RankedStroke, sample_outcomes
 from billiard_shot.planning.targets import Pot
-from billiard_shot.table.colours import ball_colour, CUE_BALL_COLOUR, is_striped, OTHER, POOL
-from billiard_shot.table.motion import Motion
-from billiard_shot.table.outline import outline_of
-from billiard_shot.table.trajectory import EventKind
+from billiard_shot.table.model.motion import Motion
+from billiard_shot.table.run.outline import outline_of
+from billiard_shot.table.run.results import EventKind
 
 FROZEN = Scene.load('frozen_combination')
 COMBINATION = predict(

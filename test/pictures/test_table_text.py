@@ -6,7 +6,7 @@ import re
 import pytest
 
 from billiard_shot.game import game_names, start
-from billiard_shot.pictures.table_text import COLUMNS, table_text
+from billiard_shot.pictures.rack import COLUMNS, table_text
 
 WIDTH = 80
 

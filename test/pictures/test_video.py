@@ -12,11 +12,10 @@ from billiard_shot.cli import main
 
 pytest.importorskip('matplotlib')  # an extra
 
-from billiard_shot.pictures.cue_motion import cue_motion
-from billiard_shot.pictures.trails import OFF_CLOTH, trails_of
+from billiard_shot.pictures.colours import ball_colour, CUE_BALL_COLOUR
+from billiard_shot.pictures.trails import cue_motion, OFF_CLOTH, trails_of
 from billiard_shot.pictures.video import END_SHOWN, image_times, images, RATE, write_video
-from billiard_shot.table.colours import ball_colour, CUE_BALL_COLOUR
-from billiard_shot.table.outline import outline_of
+from billiard_shot.table.run.outline import outline_of
 
 SCENE = Scene.load('frozen_combination')
 SHOT = predict(SCENE, Stroke.from_offsets(a=0, b=0.1, elevation=0.1, azimuth=0.55, speed=2))

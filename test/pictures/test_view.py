@@ -10,7 +10,7 @@ import pytest
 from billiard_shot import load_shot, machine_code, predict, save_shot, Scene, Stroke
 from billiard_shot.cli import main
 from billiard_shot.pictures.view import page_of, page_of_scene, view_data, write_page
-from billiard_shot.table.outline import outline_of
+from billiard_shot.table.run.outline import outline_of
 
 COMBINATION = predict(
     Scene.load('frozen_combination'), Stroke.from_offsets(0.2, 0.3, 0.1, 0.55, 3)

@@ -2,8 +2,7 @@
 
 import pytest
 
-from billiard_shot.planning.at_rest import reached_at_rest
-from billiard_shot.planning.targets import read_target
+from billiard_shot.planning.targets import reached_at_rest, read_target
 
 CUE, EIGHT, ONE = {'cue': (0.2, 0.1)}, {'8': (0.5, 0.5)}, {'1': (-0.5, 0.2)}
 

@@ -9,7 +9,7 @@ import pytest
 
 from billiard_shot import aim, plan, predict, Scene, Stroke
 from billiard_shot.cli import main
-from billiard_shot.planning.explain import deviation_of, why_missed
+from billiard_shot.planning.result import deviation_of, why_missed
 
 SCENE = Scene.from_dict({'like': 'pool_table', 'balls': {'cue': [0.4, 0.1], '8': [0.9, 0.265]}})
 POCKET = ['foot_left']

@@ -9,15 +9,21 @@ import numpy as np
 import pytest
 
 from billiard_shot import predict, Stroke
-from billiard_shot.planning.curved_paths import curved_candidates, CURVES_AT_ONCE, ENOUGH
-from billiard_shot.planning.limits import limits_of
-from billiard_shot.planning.noises import NOISES
-from billiard_shot.planning.problem import problem_of
-from billiard_shot.planning.routes import candidates_along, random_candidates, routes_to
+from billiard_shot.planning.problem import limits_of, problem_of
+from billiard_shot.planning.routes import (
+    candidates_along,
+    is_clear,
+    mirror_path,
+    random_candidates,
+    routes_to,
+    sequences,
+    waypoints,
+)
 from billiard_shot.planning.runner import Runner, StoppedError
+from billiard_shot.planning.stages import curved_candidates, CURVES_AT_ONCE, ENOUGH
 from billiard_shot.planning.statistics import wilson_interval
 from billiard_shot.planning.targets import target_of
-from billiard_shot.planning.waypoints import is_clear, mirror_path, sequences, waypoints
+from billiard_shot.planning.within_noise import NOISES
 
 NOISE = NOISES['tournament']
 SCENE = table_with(cue=(-0.4, 0.1), b8=(0.5, 0.2), b1=(0.2, -0.3))

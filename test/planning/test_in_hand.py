@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from billiard_shot import candidates, plan, predict, predict_batch, Scene, Status, Stroke
-from billiard_shot.table.run import POCKET_NAMES
+from billiard_shot.table.run.results import POCKET_NAMES
 
 R = Scene.load('pool_table').ball.radius
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from billiard_shot import invert_strike, predict, Scene, Stroke
-from billiard_shot.planning.strikes import strike_alone
+from billiard_shot.planning.within_noise import strike_alone
 from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.stroke import vectors_of
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from billiard_shot import plan, predict, Stroke
-from billiard_shot.planning.kind import kind_of
+from billiard_shot.planning.result import kind_of
 from billiard_shot.planning.targets import Gate, Hit, Pass, Pot, Rest
 
 ONLY = ('kick', 'position', 'curve', 'massé', 'jump')  # without this way there is none at all

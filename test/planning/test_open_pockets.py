@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from billiard_shot import Scene
-from billiard_shot.planning.open_pockets import open_pockets
-from billiard_shot.table.table_states import TableStates
+from billiard_shot.planning.shots import open_pockets
+from billiard_shot.table.run.states import TableStates
 
 TABLE = Scene.load('pool_table')
 R, LENGTH = TABLE.ball.radius, TABLE.table.length

@@ -7,10 +7,8 @@ import pytest
 
 from billiard_shot import plan, predict, Scene, Stroke
 from billiard_shot.cue.plan import tip_at
-from billiard_shot.planning.evaluate import simulate_strokes
-from billiard_shot.planning.limits import limits_of
-from billiard_shot.planning.places import as_struck, draw_places
-from billiard_shot.planning.problem import problem_of
+from billiard_shot.planning.problem import as_struck, draw_places, limits_of, problem_of
+from billiard_shot.planning.runner import simulate_strokes
 from billiard_shot.planning.targets import target_of
 from billiard_shot.scene import Noise
 

@@ -12,12 +12,9 @@ import numpy as np
 import pytest
 
 from billiard_shot import plan, predict, predict_batch, Scene, Status, Stroke
-from billiard_shot.planning.evaluate import evaluate_strokes
-from billiard_shot.planning.limits import limits_of, raise_for_clearance
-from billiard_shot.planning.noises import NOISES
 from billiard_shot.planning.plan import AS_GOOD
-from billiard_shot.planning.problem import problem_of
-from billiard_shot.planning.runner import CHUNK, LARGEST_CHUNK, Runner
+from billiard_shot.planning.problem import limits_of, problem_of, raise_for_clearance
+from billiard_shot.planning.runner import CHUNK, evaluate_strokes, LARGEST_CHUNK, Runner
 from billiard_shot.planning.stages import GOOD, KINDS, next_stage
 from billiard_shot.planning.statistics import (
     chance_in_words,
@@ -26,10 +23,11 @@ from billiard_shot.planning.statistics import (
     wilson_interval,
 )
 from billiard_shot.planning.targets import target_of
+from billiard_shot.planning.within_noise import NOISES
 from billiard_shot.scene.player import AZIMUTH, B, Bias, ELEVATION, SPEED
 from billiard_shot.shot.lowest_elevation import refusals_in
 from billiard_shot.shot.stroke import vectors_of
-from billiard_shot.table.run import POCKET_NAMES
+from billiard_shot.table.run.results import POCKET_NAMES
 
 SCENE = table_with(cue=(-0.4, 0), b8=(0.5, 0.2), b1=(0.2, -0.3))
 BUDGET = 4000

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from billiard_shot.planning.score import nearest
-from billiard_shot.table.motion import SegmentRecord
+from billiard_shot.table.model.motion import SegmentRecord
 
 
 def segment_of(draw):

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from billiard_shot import BallState, predict_batch, Scene, shots, TableStates
-from billiard_shot.planning.pocket_openings import ANGLES, HOLE_SPEEDS, openings_of
+from billiard_shot.planning.pockets import ANGLES, HOLE_SPEEDS, openings_of
 from billiard_shot.scene import Noise
-from billiard_shot.table.effects import params_on_table
-from billiard_shot.table.run import POCKET_NAMES
+from billiard_shot.table.run.effects import params_on_table
+from billiard_shot.table.run.results import POCKET_NAMES
 
 SCENE = Scene.load('pool_table')
 R = SCENE.ball.radius

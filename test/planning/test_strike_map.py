@@ -4,28 +4,25 @@ import numpy as np
 import pytest
 
 from billiard_shot import Scene
-from billiard_shot.planning.evaluate import evaluate_strokes, penalties_of, simulate_strokes
-from billiard_shot.planning.limits import limits_of
-from billiard_shot.planning.noises import NOISES, TRIALS
-from billiard_shot.planning.problem import problem_of
-from billiard_shot.planning.strike_map import (
+from billiard_shot.planning.problem import limits_of, problem_of
+from billiard_shot.planning.runner import evaluate_strokes, penalties_of, simulate_strokes
+from billiard_shot.planning.targets import target_of
+from billiard_shot.planning.within_noise import (
     bounds_of,
     DEVIATION_SHARE,
     FEWEST,
     fit_cell,
     Maps,
+    NOISES,
     STRICT_SHARE,
+    TRIALS,
 )
-from billiard_shot.planning.targets import target_of
 from billiard_shot.scene import Noise
 from billiard_shot.shot.effects import model_of
-from billiard_shot.shot.on_table import strike, task_of
-from billiard_shot.shot.play import play
-from billiard_shot.shot.setting import alone
+from billiard_shot.shot.play import alone, play, strike, task_of
 from billiard_shot.shot.stroke import vectors_of
-from billiard_shot.table.cue_placement import FARTHEST
-from billiard_shot.table.mapped_strike import SOLVED
-from billiard_shot.table.task import run_tables
+from billiard_shot.table.run.task import run_tables
+from billiard_shot.table.strike.placement import FARTHEST, SOLVED
 
 SCENE = Scene.load('blocked')
 NOISE = NOISES['tournament']

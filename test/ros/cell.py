@@ -22,10 +22,10 @@ from waiting import PATIENCE, PatientCaller
 
 from billiard_shot import Scene, Stroke
 from billiard_shot.cue.mechanism import JOINTS
-from billiard_shot.cue.outcome import GoalOutcome
+from billiard_shot.cue.plan import GoalOutcome
 from billiard_shot.cue.safety import SafetyState
 from billiard_shot.ros.client import NotReadyError, RobotClient
-from billiard_shot.ros.processes import SIMULATION
+from billiard_shot.ros.robot import SIMULATION
 
 SCENE = Scene.load('paper')
 STROKE = Stroke.from_offsets(a=0.1, b=0.2, elevation=0.2, azimuth=0.5, speed=0.8)

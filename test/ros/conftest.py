@@ -65,7 +65,7 @@ def domain() -> Iterator[None]:
     """Set a private ROS domain for this process and those that it starts."""
     from domain_coordinator import domain_id
 
-    from billiard_shot.ros.processes import quiet_environment
+    from billiard_shot.ros.robot import quiet_environment
 
     with domain_id() as number, pytest.MonkeyPatch.context() as patch:
         for name, value in quiet_environment(number).items():

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from billiard_shot import Scene
 from billiard_shot.ros.predict_shot import request_of
-from billiard_shot.shot.stroke_file import read_strokes
+from billiard_shot.shot.stroke import read_strokes
 
 SCENE = Scene.load('paper')
 FILE = Path(__file__).resolve().parents[2] / 'config' / 'strokes' / 'paper.yaml'

@@ -23,11 +23,11 @@ from hypothesis import strategies as st
 import numpy as np
 
 from billiard_shot import Scene
-from billiard_shot.cue.outcome import RefusedError
+from billiard_shot.cue.plan import RefusedError
 from billiard_shot.perception.sightings import largest_deviation, moved, Sighting
-from billiard_shot.planning.limits import limits_of
-from billiard_shot.planning.noises import noise_of
+from billiard_shot.planning.problem import limits_of
 from billiard_shot.planning.targets import target_of
+from billiard_shot.planning.within_noise import noise_of
 from billiard_shot.ros import conversions, cue_conversions, plan_conversions, table_display
 from billiard_shot.ros.plan_conversions import PlanRequest
 

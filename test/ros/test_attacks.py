@@ -25,7 +25,7 @@ from vision_msgs.msg import Detection3D, Detection3DArray, ObjectHypothesisWithP
 from waiting import PATIENCE, PatientCaller
 
 from billiard_shot import Scene, Stroke
-from billiard_shot.cue.outcome import GoalOutcome
+from billiard_shot.cue.plan import GoalOutcome
 from billiard_shot.cue.safety import SafetyState
 from billiard_shot.ros.node_runner import LATCHED
 

@@ -34,7 +34,7 @@ from rosgraph_msgs.msg import Clock
 from visualization_msgs.msg import MarkerArray
 
 from billiard_shot import Scene, Stroke
-from billiard_shot.cue.feedback import JointFeedback
+from billiard_shot.cue.inputs import JointFeedback
 from billiard_shot.cue.mechanism import JOINTS
 from billiard_shot.ros.client import RobotClient
 from billiard_shot.ros.node_runner import LATCHED

@@ -19,9 +19,9 @@ from std_srvs.srv import Trigger
 from waiting import PATIENCE, PatientCaller
 
 from billiard_shot.cue.mechanism import JOINTS, Mechanism
-from billiard_shot.cue.outcome import GoalOutcome
+from billiard_shot.cue.plan import GoalOutcome
 from billiard_shot.cue.safety import SafetyState
-from billiard_shot.ros.controller_client import COMMAND_HORIZON
+from billiard_shot.ros.commands import COMMAND_HORIZON
 
 SPACE = '/controlled'
 NODES = {

@@ -19,8 +19,8 @@ from std_msgs.msg import Header
 from billiard_shot import predict, predict_batch, Scene, Status, Stroke
 from billiard_shot.perception.sightings import Sighting
 from billiard_shot.ros import conversions, display
-from billiard_shot.ros.game_conversions import state_of
 from billiard_shot.ros.predict_shot import request_of
+from billiard_shot.ros.turn import state_of
 from billiard_shot.scene import Effects
 from billiard_shot.shot.effects import GATES
 

@@ -27,13 +27,13 @@ from waiting import PATIENCE, PatientCaller, spin_until
 
 from billiard_shot import Stroke
 from billiard_shot.cue.mechanism import JOINTS
-from billiard_shot.cue.outcome import GoalOutcome
+from billiard_shot.cue.plan import GoalOutcome
 from billiard_shot.cue.safety import SafetyState
 from billiard_shot.ros import conversions
 from billiard_shot.ros.client import NotReadyError, RobotClient, TableUnknownError
 from billiard_shot.ros.cue_conversions import is_stop
 from billiard_shot.ros.node_runner import LATCHED
-from billiard_shot.ros.processes import SIMULATION
+from billiard_shot.ros.robot import SIMULATION
 from billiard_shot.shot.replay import from_json
 
 SPACE = '/cell'

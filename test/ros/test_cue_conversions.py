@@ -19,12 +19,10 @@ from std_msgs.msg import Header
 from unique_identifier_msgs.msg import UUID
 
 from billiard_shot import Scene, Stroke
-from billiard_shot.cue.execution import Result
-from billiard_shot.cue.kinematics import TipPose
-from billiard_shot.cue.measurement import MeasuredStrike
+from billiard_shot.cue.execution import MeasuredStrike, Result
 from billiard_shot.cue.mechanism import JOINTS, Mechanism
-from billiard_shot.cue.outcome import GoalOutcome, RefusedError
-from billiard_shot.cue.plan import prepare_shot
+from billiard_shot.cue.model import TipPose
+from billiard_shot.cue.plan import GoalOutcome, prepare_shot, RefusedError
 from billiard_shot.cue.safety import SafetyState
 from billiard_shot.perception.sightings import Sighting
 from billiard_shot.ros import cue_conversions as conversions

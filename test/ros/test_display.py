@@ -21,8 +21,9 @@ from waiting import PatientCaller, spin_until
 import yaml
 
 from billiard_shot import Motion, predict, Scene, Stroke
-from billiard_shot.ros import display, markers, table_display
-from billiard_shot.table.colours import ball_colour, MOTIONS
+from billiard_shot.pictures.colours import ball_colour, MOTIONS
+from billiard_shot.ros import display, table_display
+from billiard_shot.ros import display as markers
 
 ROOT = Path(__file__).resolve().parents[2]
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)

@@ -22,7 +22,7 @@ from trajectory_msgs.msg import JointTrajectory
 from waiting import PATIENCE, PatientCaller
 
 from billiard_shot.cue.mechanism import JOINTS
-from billiard_shot.cue.outcome import GoalOutcome
+from billiard_shot.cue.plan import GoalOutcome
 from billiard_shot.cue.safety import SafetyState
 from billiard_shot.ros.client import NotReadyError, RobotClient
 from billiard_shot.ros.node_runner import LATCHED

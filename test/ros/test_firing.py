@@ -24,7 +24,7 @@ from std_srvs.srv import Trigger
 from waiting import PATIENCE, RETRY_PERIOD
 
 from billiard_shot.ros import player, predict_shot
-from billiard_shot.ros.processes import quiet_environment
+from billiard_shot.ros.robot import quiet_environment
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = ROOT / 'docs' / 'firing.md'

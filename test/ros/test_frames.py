@@ -21,11 +21,9 @@ from visualization_msgs.msg import MarkerArray
 from waiting import PATIENCE, PatientCaller, spin_until
 
 from billiard_shot import Status
-from billiard_shot.cue.kinematics import forward_kinematics
 from billiard_shot.cue.mechanism import JOINTS, Mechanism
-from billiard_shot.cue.model import joints_of
+from billiard_shot.cue.model import forward_kinematics, joints_of, urdf_of
 from billiard_shot.cue.model import transforms as model_transforms
-from billiard_shot.cue.urdf import urdf_of
 from billiard_shot.ros import cue_conversions, parameters, plan_conversions
 from billiard_shot.ros.node_runner import LATCHED
 from billiard_shot.scene import Scene

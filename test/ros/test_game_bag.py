@@ -26,17 +26,16 @@ from rclpy.action import ActionClient
 from waiting import PATIENCE
 
 from billiard_shot import Scene
-from billiard_shot.game.racking import start
-from billiard_shot.game.tournament import find_agent
+from billiard_shot.game.rack import find_agent
+from billiard_shot.game.referee import start
 from billiard_shot.perception.tracker import BallTracker, TrackerSettings
 from billiard_shot.ros import turn
 from billiard_shot.ros.conversions import ball_message, seconds, sightings_of
 from billiard_shot.ros.cue_conversions import plan_message, plan_of
 from billiard_shot.ros.detections import class_names_of, detected_balls
-from billiard_shot.ros.game_conversions import balls_message, game_state_message, places_of
-from billiard_shot.ros.game_table import GameTable
 from billiard_shot.ros.table_tracker import TableTrackerParameters
-from billiard_shot.table.outline import outline_of
+from billiard_shot.ros.turn import balls_message, game_state_message, GameTable, places_of
+from billiard_shot.table.run.outline import outline_of
 
 SPACE = '/game'
 SCENE = Scene.load('robot_table')

@@ -25,10 +25,9 @@ from waiting import spin_until
 from billiard_shot.cue.execution import Command
 from billiard_shot.cue.joint_trajectory import TrajectoryBuilder
 from billiard_shot.cue.mechanism import JOINTS, Mechanism
-from billiard_shot.ros import controller_client
-from billiard_shot.ros.controller_client import ControllerClient, LEAD
+from billiard_shot.ros import commands as controller_client
+from billiard_shot.ros.commands import ControllerClient, GOAL_TIMEOUT, GoalSequence, LEAD
 from billiard_shot.ros.conversions import seconds
-from billiard_shot.ros.goal_sequence import GOAL_TIMEOUT, GoalSequence
 
 MECHANISM = Mechanism()
 STILL = np.zeros(6)

@@ -16,10 +16,9 @@ from std_msgs.msg import Bool
 from waiting import PATIENCE, PatientCaller, spin_until
 
 from billiard_shot.cue.mechanism import JOINTS
-from billiard_shot.cue.outcome import GoalOutcome
+from billiard_shot.cue.plan import GoalOutcome
 from billiard_shot.cue.safety import SafetyState
-from billiard_shot.ros.node_runner import EVERY_STATE
-from billiard_shot.ros.writing_time import nanoseconds
+from billiard_shot.ros.node_runner import EVERY_STATE, nanoseconds
 
 SPACE = '/inactive'
 DEACTIVATE = Transition.TRANSITION_DEACTIVATE

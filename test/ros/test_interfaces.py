@@ -16,23 +16,22 @@ from rclpy.exceptions import ParameterException
 from rclpy.parameter import Parameter
 
 from billiard_shot import Status
-from billiard_shot.cue.alignment import Alignment
 from billiard_shot.cue.execution import Settings
+from billiard_shot.cue.mechanism import Alignment
 from billiard_shot.cue.simulated import Faults, Imperfections
 from billiard_shot.perception.tracker import TrackerSettings
 from billiard_shot.ros import parameters
 from billiard_shot.ros.cue_driver import CueDriverParameters
 from billiard_shot.ros.cue_model import CueModelParameters
-from billiard_shot.ros.cue_parameters import TOPIC_NAME
 from billiard_shot.ros.cue_sim import CueSimParameters
-from billiard_shot.ros.parameters import descriptors
+from billiard_shot.ros.parameters import descriptors, TOPIC_NAME
 from billiard_shot.ros.planner import PlannerParameters
 from billiard_shot.ros.predictor import PredictorParameters
 from billiard_shot.ros.table_display import TableDisplayParameters
 from billiard_shot.ros.table_sim import CameraErrors, TableSimParameters
 from billiard_shot.ros.table_tracker import TableTrackerParameters
 from billiard_shot.scene import Robot
-from billiard_shot.table.motion import Motion
+from billiard_shot.table.model.motion import Motion
 
 
 def constants(interface):

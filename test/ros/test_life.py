@@ -179,7 +179,7 @@ def test_a_bad_file_of_parameters_is_refused_in_a_line(start, tmp_path, text, wo
 
 
 def test_unknown_law_in_a_scene_file_is_a_clear_start_up_error(start, tmp_path):
-    from billiard_shot.scene.bundled import scene_path
+    from billiard_shot.scene.files import scene_path
 
     text = scene_path('paper').read_text()
     assert 'law: energetic' in text

@@ -30,8 +30,8 @@ from visualization_msgs.msg import MarkerArray
 from waiting import PATIENCE, spin_until
 
 from billiard_shot import plan, predict, Scene, Status, Stroke
-from billiard_shot.planning.noises import NOISES
 from billiard_shot.planning.targets import read_target
+from billiard_shot.planning.within_noise import NOISES
 from billiard_shot.ros import conversions, plan_conversions, planner
 from billiard_shot.ros.node_runner import LATCHED
 from billiard_shot.ros.plan_conversions import PlanRequest

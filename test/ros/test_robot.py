@@ -21,7 +21,7 @@ from waiting import PATIENCE, PatientCaller, spin_until
 
 from billiard_shot.ros import robot
 from billiard_shot.ros.client import RobotClient
-from billiard_shot.ros.processes import SIMULATION
+from billiard_shot.ros.robot import SIMULATION
 
 EXAMPLES = Path(__file__).resolve().parents[2] / 'docs' / 'examples'
 NODES = ('predictor', 'planner', 'cue_driver', 'cue_sim', 'table_sim')

@@ -20,9 +20,9 @@ from vision_msgs.msg import Detection3D, Detection3DArray, ObjectHypothesisWithP
 from waiting import PATIENCE, PatientCaller, spin_until
 
 from billiard_shot import Scene, Stroke
-from billiard_shot.cue.outcome import GoalOutcome
+from billiard_shot.cue.plan import GoalOutcome
 from billiard_shot.cue.safety import SafetyState
-from billiard_shot.ros.frames import Frames, STATIC
+from billiard_shot.ros.detections import Frames, STATIC
 from billiard_shot.ros.node_runner import LATCHED
 from billiard_shot.ros.table_sim import CameraErrors, detections_message
 

@@ -14,7 +14,7 @@ from std_msgs.msg import Header
 
 from billiard_shot import plan, predict, Scene, Stroke
 from billiard_shot.ros import conversions, plan_conversions
-from billiard_shot.ros.terminal import say, TypedLines
+from billiard_shot.ros.client import say, TypedLines
 
 SCREEN = 60
 """Lines."""

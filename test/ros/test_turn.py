@@ -26,17 +26,20 @@ from rclpy.action import ActionClient
 from waiting import PATIENCE, PatientCaller
 
 from billiard_shot import Scene, Stroke
-from billiard_shot.cue.outcome import GoalOutcome
-from billiard_shot.game.call import Call, Decision
-from billiard_shot.game.outcome import Outcome
-from billiard_shot.game.racking import start
-from billiard_shot.game.state import State
-from billiard_shot.game.tournament import find_agent
+from billiard_shot.cue.plan import GoalOutcome
+from billiard_shot.game.rack import find_agent
+from billiard_shot.game.referee import start
+from billiard_shot.game.state import Call, Decision, Outcome, State
 from billiard_shot.perception.sightings import moved, Sighting
 from billiard_shot.ros.client import CanceledError, NotReadyError, TableUnknownError
-from billiard_shot.ros.game_conversions import balls_message, game_state_message, state_of
-from billiard_shot.ros.game_table import GameTable
-from billiard_shot.ros.turn import Turn, TurnStage
+from billiard_shot.ros.turn import (
+    balls_message,
+    game_state_message,
+    GameTable,
+    state_of,
+    Turn,
+    TurnStage,
+)
 
 SPACE = '/turn'
 SCENE = Scene.load('robot_table')

@@ -10,10 +10,9 @@ from cell import Cell, WITH_CAMERA
 from waiting import PATIENCE
 
 from billiard_shot import Scene
-from billiard_shot.game.racking import start
-from billiard_shot.game.tournament import find_agent
-from billiard_shot.ros.game_table import GameTable
-from billiard_shot.ros.turn import Turn
+from billiard_shot.game.rack import find_agent
+from billiard_shot.game.referee import start
+from billiard_shot.ros.turn import GameTable, Turn
 
 
 @pytest.mark.slow

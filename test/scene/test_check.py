@@ -14,8 +14,8 @@ import yaml
 
 from billiard_shot.cli import main
 from billiard_shot.scene import Ball, Cloth, Cue, Scene
-from billiard_shot.scene.bundled import scene_names
 from billiard_shot.scene.errors import InputError
+from billiard_shot.scene.files import scene_names
 
 BAD = """\
 ball:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from billiard_shot import Scene
-from billiard_shot.scene.published import PUBLISHED
+from billiard_shot.scene.scene import PUBLISHED
 
 SCENE = Scene.load('pool_table')
 

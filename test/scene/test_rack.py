@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from billiard_shot.scene import Rack, Scene, Table
-from billiard_shot.scene.bundled import scene_names
+from billiard_shot.scene.files import scene_names
 
 RADIUS = 0.028575
 GAMES = {'nine_ball': 9, 'eight_ball': 15, 'snooker': 21}

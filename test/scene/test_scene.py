@@ -6,8 +6,8 @@ import re
 import pytest
 
 from billiard_shot.scene import Ball, Cloth, ContactParameters, Cue, Effects, Scene
-from billiard_shot.scene.bundled import scene_names
 from billiard_shot.scene.errors import InputError
+from billiard_shot.scene.files import scene_names
 
 SHORTEST = """
 ball:     {mass: 0.1673, radius: 0.0286}

@@ -3,11 +3,10 @@
 import numpy as np
 
 from billiard_shot.shot.strike_model import cue_params
-from billiard_shot.table.clearance import nothing_around
-from billiard_shot.table.cue_placement import Strokes
-from billiard_shot.table.initial_states import ball_starts
-from billiard_shot.table.scene_params import ENDLESS
-from billiard_shot.table.task import run_tables, TableTask
+from billiard_shot.table.run.layout import ENDLESS
+from billiard_shot.table.run.states import ball_starts
+from billiard_shot.table.run.task import run_tables, TableTask
+from billiard_shot.table.strike.placement import nothing_around, Strokes
 
 
 def strike(model, places, axes, normals, speeds, table=ENDLESS, **changes):

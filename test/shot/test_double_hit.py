@@ -12,8 +12,8 @@ from setups import SLOW_CLOTH
 from billiard_shot import effects_of, EventKind, predict, predict_batch, Scene, Stroke
 from billiard_shot.scene import Effects
 from billiard_shot.shot.effects import model_of
-from billiard_shot.table.cue import follow_through_time
-from billiard_shot.table.motion import Cause
+from billiard_shot.table.model.cue import follow_through_time
+from billiard_shot.table.model.motion import Cause
 
 POOL = dataclasses.replace(Scene.load('pool_table'), table=None)
 SLOW = Scene.from_dict({'like': 'pool', 'contacts': SLOW_CLOTH})

@@ -8,13 +8,13 @@ import pytest
 
 from billiard_shot import effects_of, predict, Scene, sensitivity_of, Status, Stroke
 from billiard_shot.scene import Effects, Noise
-from billiard_shot.scene.bundled import scene_names
+from billiard_shot.scene.files import scene_names
 from billiard_shot.shot.effects import GATES, STRIKE_GATES
 from billiard_shot.shot.strike_model import strike_model
-from billiard_shot.study.effects import steps
-from billiard_shot.table.effects import TABLE_GATES
-from billiard_shot.table.scene_params import table_params
-from billiard_shot.table.trajectory import EventKind
+from billiard_shot.study import steps
+from billiard_shot.table.run.effects import TABLE_GATES
+from billiard_shot.table.run.layout import table_params
+from billiard_shot.table.run.results import EventKind
 
 NAMES = [gate.name for gate in GATES]
 OF_ONE_BALL = NAMES[: NAMES.index('cushion')]  # the others: test/table/test_table_effects.py

@@ -9,7 +9,7 @@ from setups import SLOW_CLOTH
 
 from billiard_shot import EventKind, machine_code, predict, predict_batch, Scene, Status, Stroke
 from billiard_shot.scene import Effects
-from billiard_shot.table import cluster
+from billiard_shot.table.contacts import cluster
 
 POOL = Scene.load('pool_table')
 R = POOL.ball.radius

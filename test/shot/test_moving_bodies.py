@@ -12,10 +12,9 @@ from billiard_shot import predict, predict_batch, Scene, Status, Stroke
 from billiard_shot.scene import Effects
 from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.strike_model import cue_params
-from billiard_shot.table.contact_duration import stiffness_of
-from billiard_shot.table.cue import LONGEST_SWING
-from billiard_shot.table.cue_impact import CLOTH_CONTACT, MAX_HITS, TIP_CONTACT
-from billiard_shot.table.effects import table_on
+from billiard_shot.table.model.cue import CLOTH_CONTACT, LONGEST_SWING, MAX_HITS, TIP_CONTACT
+from billiard_shot.table.model.geometry import stiffness_of
+from billiard_shot.table.run.effects import table_on
 
 POOL = {'like': 'pool_table'}
 CUES = {

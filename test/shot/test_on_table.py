@@ -16,8 +16,8 @@ from billiard_shot import (
     Status,
     Stroke,
 )
-from billiard_shot.table.motion import Motion
-from billiard_shot.table.trajectory import BallState, EventKind
+from billiard_shot.table.model.motion import Motion
+from billiard_shot.table.run.results import BallState, EventKind
 
 POOL = Scene.load('pool_table')
 R = POOL.ball.radius

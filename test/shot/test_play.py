@@ -6,11 +6,9 @@ import numpy as np
 import pytest
 
 from billiard_shot import predict, Scene, Status, Stroke, TableStates
-from billiard_shot.shot.accuracy import USUAL_ACCURACY
-from billiard_shot.shot.play import play, play_by
-from billiard_shot.shot.setting import setting_of
+from billiard_shot.shot.play import play, play_by, setting_of, USUAL_ACCURACY
 from billiard_shot.shot.stroke import vectors_of
-from billiard_shot.table.task import run_recorded
+from billiard_shot.table.run.task import run_recorded
 
 TABLE = Scene.load('pool_table')
 NAMES = 'cue', '1', '2'

@@ -16,7 +16,7 @@ from billiard_shot import (
     Status,
     Stroke,
 )
-from billiard_shot.table.motion import Motion
+from billiard_shot.table.model.motion import Motion
 
 PAPER, POOL = Scene.load('paper'), Scene.load('pool')
 FLIP = np.array([1, -1, 1])

@@ -10,7 +10,7 @@ import pytest
 
 from billiard_shot import effects_of, load_shot, predict, save_shot, Scene, Stroke
 from billiard_shot.shot.replay import from_json, to_json
-from billiard_shot.table.run import TableRun
+from billiard_shot.table.run.results import TableRun
 
 FROZEN = Scene.from_dict({'like': 'pool_table', 'balls': {'cue': [0, 0], '1': [0.05715, 0]}})
 SHOTS = {

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from billiard_shot import predict, predict_batch, Scene, simulate, Status, Stroke
-from billiard_shot.shot import story
-from billiard_shot.shot.accuracy import DEFAULT_SHOT_TOLERANCE
-from billiard_shot.table.stroke_accuracy import HOPS, HOPS_BEFORE_CUSHIONS
-from billiard_shot.table.trajectory import BallState, EventKind
+from billiard_shot.shot import shot as story
+from billiard_shot.shot.play import DEFAULT_SHOT_TOLERANCE
+from billiard_shot.table.run.results import BallState, EventKind
+from billiard_shot.table.strike.placement import HOPS, HOPS_BEFORE_CUSHIONS
 
 POOL = Scene.load('pool_table')
 R = POOL.ball.radius

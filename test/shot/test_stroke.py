@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from billiard_shot import predict, Stroke
-from billiard_shot.shot.stroke import SPEED_RANGE, vectors_of
-from billiard_shot.shot.stroke_vectors import axes
+from billiard_shot.shot.stroke import axes, SPEED_RANGE, vectors_of
 
 ANGLE = st.floats(-3.1, 3.1)
 OFFSET = st.floats(-0.7, 0.7)

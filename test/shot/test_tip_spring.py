@@ -10,7 +10,7 @@ import pytest
 from billiard_shot import effects_of, predict, predict_batch, Scene, Status, Stroke
 from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.strike_model import cue_params, TIP_SHEAR
-from billiard_shot.table.scene_params import ENDLESS
+from billiard_shot.table.run.layout import ENDLESS
 
 TIP = {'restitution': 0.75, 'friction': 0.6, 'duration': 1.3e-3, 'exponent': 1.5}
 CLOTH = {'restitution': 0.5, 'friction': 0.2, 'duration': 0.7e-3}
@@ -206,5 +206,5 @@ def test_no_shot_is_predicted_again_to_say_whether_it_calls_for_the_effect(monke
     def again(*_):
         raise AssertionError('predicted again')
 
-    monkeypatch.setattr('billiard_shot.shot.analysis.predict', again)
+    monkeypatch.setattr('billiard_shot.shot.predict.predict', again)
     assert 'tip_spring' in [each.name for each in effects_of(shot)]

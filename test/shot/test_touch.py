@@ -8,7 +8,7 @@ import pytest
 from setups import SLOW_CLOTH
 
 from billiard_shot import effects_of, predict, predict_batch, Scene, Stroke
-from billiard_shot.game.outcome import outcome_of
+from billiard_shot.game.state import outcome_of
 from billiard_shot.shot.replay import from_json, to_json
 
 POOL = Scene.load('pool')

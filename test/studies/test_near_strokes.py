@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from billiard_shot import predict, Scene, Status
-from billiard_shot.scene.bundled import scene_names
+from billiard_shot.scene.files import scene_names
 from studies.near_strokes import NEAR, near_scene, near_stroke
 
 ENDED = Status.OK, Status.OFF_TABLE

@@ -6,7 +6,7 @@ import pytest
 
 from billiard_shot import Scene
 from billiard_shot.cli import main
-from billiard_shot.study.accuracy import study_accuracy
+from billiard_shot.study import study_accuracy
 
 
 def test_errors_fall_with_the_tolerance_and_stay_within():

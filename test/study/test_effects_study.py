@@ -11,8 +11,7 @@ from billiard_shot import predict, Scene, Stroke
 from billiard_shot.cli import main
 from billiard_shot.scene import Effects
 from billiard_shot.shot.effects import GATES
-from billiard_shot.study.effects import comparison_count, study_effects
-from billiard_shot.study.sample_strokes import sample_strokes
+from billiard_shot.study import comparison_count, sample_strokes, study_effects
 
 POOL, PAPER = Scene.load('pool'), Scene.load('paper')
 STROKES = Path(__file__).parents[2] / 'config' / 'strokes' / 'paper.yaml'

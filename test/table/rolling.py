@@ -1,11 +1,11 @@
 """Balls on their way, for the tests of this folder."""
 
 from billiard_shot.status import Status
-from billiard_shot.table.initial_states import ball_starts
-from billiard_shot.table.params import BallClothParams
-from billiard_shot.table.scene_params import ENDLESS
-from billiard_shot.table.task import run_with_events, TableTask
-from billiard_shot.table.trajectory import Trajectory
+from billiard_shot.table.model.geometry import BallClothParams
+from billiard_shot.table.run.layout import ENDLESS
+from billiard_shot.table.run.results import Trajectory
+from billiard_shot.table.run.states import ball_starts
+from billiard_shot.table.run.task import run_with_events, TableTask
 
 POOL = BallClothParams(
     mass=0.17,

@@ -5,8 +5,8 @@ import dataclasses
 import numpy as np
 
 from billiard_shot.scene import BallBall, Cushion, Scene, Table
-from billiard_shot.table.simulate import simulate
-from billiard_shot.table.trajectory import BallState, EventKind
+from billiard_shot.table.run.results import BallState, EventKind
+from billiard_shot.table.run.simulate import simulate
 
 POOL = Scene.load('pool_table')
 R = POOL.ball.radius

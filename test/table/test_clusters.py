@@ -7,8 +7,8 @@ import pytest
 from tables import ENDLESS, play, POOL, R, rolling, scene_with, state, state_after
 
 from billiard_shot.status import Status
-from billiard_shot.table.simulate import simulate_batch
-from billiard_shot.table.trajectory import EventKind
+from billiard_shot.table.run.results import EventKind
+from billiard_shot.table.run.simulate import simulate_batch
 
 SMOOTH = {'restitution': 1.0, 'friction_fast': 0.0, 'friction_slow': 0.0}
 

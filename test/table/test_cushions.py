@@ -5,9 +5,9 @@ import pytest
 from tables import after, play, POOL, R, rolling, scene_with, state
 
 from billiard_shot.status import Status
-from billiard_shot.table.effects import EffectContext, TABLE_GATES
-from billiard_shot.table.motion import Motion
-from billiard_shot.table.trajectory import EventKind
+from billiard_shot.table.model.motion import Motion
+from billiard_shot.table.run.effects import EffectContext, TABLE_GATES
+from billiard_shot.table.run.results import EventKind
 
 HAN = scene_with(cushion={'model': 'han'})
 

@@ -15,8 +15,8 @@ from billiard_shot import (
     Status,
     Stroke,
 )
-from billiard_shot.table.effects import params_on_table
-from billiard_shot.table.geometry import layout_of
+from billiard_shot.table.run.effects import params_on_table
+from billiard_shot.table.run.layout import layout_of
 
 SCENE = Scene.load('pool_table')
 R = SCENE.ball.radius

@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 from tables import POOL, R, state
 
 from billiard_shot import simulate
-from billiard_shot.table.contact_duration import stiffness_of
+from billiard_shot.table.model.geometry import stiffness_of
 
 MASS, TURNING = POOL.ball.mass, POOL.ball.inertia
 BALLS = replace(POOL.contacts.ball_ball, restitution=1.0)

@@ -3,9 +3,9 @@ import pytest
 from rolling import POOL, run
 
 from billiard_shot import BallState, simulate, Status
-from billiard_shot.table.motion import Motion
-from billiard_shot.table.params import GATE_OFF, GATE_ON
-from billiard_shot.table.trajectory import EventKind
+from billiard_shot.table.model.geometry import GATE_OFF, GATE_ON
+from billiard_shot.table.model.motion import Motion
+from billiard_shot.table.run.results import EventKind
 
 G = 9.8
 

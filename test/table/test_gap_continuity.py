@@ -10,7 +10,7 @@ import pytest
 from tables import POOL, R, state
 
 from billiard_shot import simulate
-from billiard_shot.scene.rack import sites
+from billiard_shot.scene.placement import sites
 
 SOON = 0.02  # s
 STEP, LARGEST = 5e-3, 1.2e-2  # of the speed

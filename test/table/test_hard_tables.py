@@ -9,10 +9,10 @@ from test_clusters import SMOOTH
 
 from billiard_shot import machine_code, predict, predict_batch, Scene, Stroke
 from billiard_shot.status import Status
-from billiard_shot.table import event_loop
-from billiard_shot.table.motion import Motion
-from billiard_shot.table.simulate import simulate_batch
-from billiard_shot.table.trajectory import EventKind
+from billiard_shot.table.model.motion import Motion
+from billiard_shot.table.run import event_loop
+from billiard_shot.table.run.results import EventKind
+from billiard_shot.table.run.simulate import simulate_batch
 
 IDEAL = scene_with(ENDLESS, ball_ball=SMOOTH)
 MEETINGS = EventKind.BALL, EventKind.CLUSTER

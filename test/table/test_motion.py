@@ -4,9 +4,9 @@ from rolling import POOL, run
 from scipy.optimize import brentq
 
 from billiard_shot.status import Status
-from billiard_shot.table.cloth import rolling_after, speed_to_arrive
-from billiard_shot.table.motion import Motion
-from billiard_shot.table.trajectory import EventKind
+from billiard_shot.table.model.motion import Motion
+from billiard_shot.table.motion.cloth import rolling_after, speed_to_arrive
+from billiard_shot.table.run.results import EventKind
 
 G = 9.8
 

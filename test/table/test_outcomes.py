@@ -8,9 +8,8 @@ import pytest
 from tables import POOL, R, random_states, state
 
 from billiard_shot import Scene, simulate, simulate_batch, Status
-from billiard_shot.table.motion import Motion
-from billiard_shot.table.run import NOSE_NAMES
-from billiard_shot.table.trajectory import BallState, EventKind
+from billiard_shot.table.model.motion import Motion
+from billiard_shot.table.run.results import BallState, EventKind, NOSE_NAMES
 
 CAROM = Scene.load('carom')
 WITHOUT_POCKETS = replace(POOL, table=replace(POOL.table, pockets=False))

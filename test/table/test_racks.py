@@ -15,8 +15,8 @@ from tables import state_after
 
 from billiard_shot import BallState, EventKind, Scene, simulate
 from billiard_shot.impact import Body, collide, Contact
-from billiard_shot.scene.rack import sites
-from billiard_shot.table.contact_duration import reach_of_impact, stiffness_of
+from billiard_shot.scene.placement import sites
+from billiard_shot.table.model.geometry import reach_of_impact, stiffness_of
 
 NIGHTLY = 'NIGHTLY' in os.environ
 POOL = Scene.load('pool')

@@ -15,11 +15,11 @@ from tables import POOL, R, scene_with
 
 from billiard_shot import BallState, EventKind, simulate, simulate_batch, Status
 from billiard_shot.impact import Body, collide, Contact
-from billiard_shot.scene.table import is_instant_beside
-from billiard_shot.table.ball_impact import collide_fixed
-from billiard_shot.table.effects import params_on_table
-from billiard_shot.table.motion import BallRecord, start_ball
-from billiard_shot.table.rebound import follow, Rebound, VX, VY, VZ, WX, WY, WZ, Z
+from billiard_shot.scene.equipment import is_instant_beside
+from billiard_shot.table.contacts.rebound import follow, VX, VY, VZ, WX, WY, WZ, Z
+from billiard_shot.table.model.motion import BallRecord, Rebound, start_ball
+from billiard_shot.table.motion.ball_impact import collide_fixed
+from billiard_shot.table.run.effects import params_on_table
 
 # Snooker (section 4): restitution, friction at cushion and cloth, height of the nose (eq. 1).
 RESTITUTION, CUSHION, CLOTH, SINE = 0.98, 0.14, 0.212, 0.4

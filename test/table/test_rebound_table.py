@@ -8,11 +8,11 @@ from tables import after, POOL, R, scene_with
 
 from billiard_shot import EventKind, machine_code
 from billiard_shot.records import OBJECTS, ROWS
-from billiard_shot.table.effects import params_on_table
-from billiard_shot.table.geometry import lay_out
-from billiard_shot.table.initial_states import ball_starts
-from billiard_shot.table.simulate import run_many, run_one
-from billiard_shot.table.task import TableTask
+from billiard_shot.table.run.effects import params_on_table
+from billiard_shot.table.run.layout import lay_out
+from billiard_shot.table.run.simulate import run_many, run_one
+from billiard_shot.table.run.states import ball_starts
+from billiard_shot.table.run.task import TableTask
 
 pytestmark = pytest.mark.skipif(not machine_code.is_loaded(), reason='needs machine code')
 

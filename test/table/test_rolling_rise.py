@@ -9,9 +9,9 @@ from scipy.optimize import brentq
 
 from billiard_shot import BallState, predict, Scene, simulate, Stroke
 from billiard_shot.status import Status
-from billiard_shot.table.cloth import speed_to_arrive
-from billiard_shot.table.motion import Motion
-from billiard_shot.table.trajectory import EventKind
+from billiard_shot.table.model.motion import Motion
+from billiard_shot.table.motion.cloth import speed_to_arrive
+from billiard_shot.table.run.results import EventKind
 
 RISING = POOL._replace(rolling_resistance=0.004, rolling_rise=0.0014)
 HALVES_ERROR = 0.16  # of the tolerance, between the ends of a stretch

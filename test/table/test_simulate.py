@@ -13,13 +13,10 @@ from tables import ENDLESS, play, POOL, R, random_states, rolling, state
 from billiard_shot import machine_code
 from billiard_shot.scene import Scene
 from billiard_shot.status import Status
-from billiard_shot.table.motion import Cause, Motion
-from billiard_shot.table.simulate import simulate, simulate_batch
-from billiard_shot.table.threads import in_threads
-from billiard_shot.table.trajectory import (
-    BallState,
-    EventKind,
-)
+from billiard_shot.table.model.motion import Cause, Motion
+from billiard_shot.table.run.results import BallState, EventKind
+from billiard_shot.table.run.simulate import simulate, simulate_batch
+from billiard_shot.table.run.task import in_threads
 
 TINY = 1e-18  # J
 DENT = 1e-5  # m: of balls in an impact, a twentieth of what a contact at 3 m/s has
@@ -223,7 +220,7 @@ def test_a_run_too_long_says_so():
 def test_one_ball_does_what_it_does_alone():
     from rolling import run as alone
 
-    from billiard_shot.table.scene_params import ball_cloth_params
+    from billiard_shot.table.run.layout import ball_cloth_params
 
     path, _, _ = alone((1, 0.2, 0), (30, -10, 20), ball_cloth_params(POOL))
     run = play(ENDLESS, cue=state(0, 0, (1, 0.2, 0), (30, -10, 20)))
@@ -292,7 +289,7 @@ def test_batches_keep_their_threads():
 def test_a_forked_process_has_threads_of_its_own():
     code = (
         'import os\n'
-        'from billiard_shot.table.threads import in_threads\n'
+        'from billiard_shot.table.run.task import in_threads\n'
         'def total(): return sum(in_threads(lambda part: len(range(100)[part]), 100, 2))\n'
         'assert total() == 100\n'
         'child = os.fork()\n'

@@ -8,16 +8,16 @@ from tables import after, ENDLESS, play, POOL, R, random_states, rolling, scene_
 
 from billiard_shot.scene import Effects
 from billiard_shot.status import Status
-from billiard_shot.table.effects import (
+from billiard_shot.table.model.geometry import BallClothParams, TableParams
+from billiard_shot.table.run.effects import (
     AUTO,
     check_overrides,
     EffectContext,
     report,
     TABLE_GATES,
 )
-from billiard_shot.table.params import BallClothParams, TableParams
-from billiard_shot.table.simulate import simulate, simulate_batch
-from billiard_shot.table.trajectory import EventKind
+from billiard_shot.table.run.results import EventKind
+from billiard_shot.table.run.simulate import simulate, simulate_batch
 
 CUT = {'cue': rolling(-0.5, 0.0, 2.0, 0.0), '1': state(0.1, R, (0, 0, 0))}
 

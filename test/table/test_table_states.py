@@ -6,8 +6,8 @@ from tables import POOL, random_states, state
 
 from billiard_shot import BallState, TableStates
 from billiard_shot.status import Status
-from billiard_shot.table.motion import Motion
-from billiard_shot.table.simulate import simulate, simulate_batch
+from billiard_shot.table.model.motion import Motion
+from billiard_shot.table.run.simulate import simulate, simulate_batch
 
 NAMES = 'cue', '1', '2', '3', '4'
 

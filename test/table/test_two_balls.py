@@ -6,7 +6,7 @@ from tables import after, ENDLESS, play, R, rolling, scene_with, state
 
 from billiard_shot.scene import Effects
 from billiard_shot.status import Status
-from billiard_shot.table.trajectory import EventKind
+from billiard_shot.table.run.results import EventKind
 
 IDEAL = {'restitution': 1.0, 'friction_fast': 0.0, 'friction_slow': 0.0}
 

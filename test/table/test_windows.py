@@ -7,8 +7,8 @@ import pytest
 from tables import POOL, random_states, state
 
 from billiard_shot import Scene, simulate, simulate_batch, Status
-from billiard_shot.table.motion import Motion
-from billiard_shot.table.trajectory import BallState
+from billiard_shot.table.model.motion import Motion
+from billiard_shot.table.run.results import BallState
 
 TIMES = np.array([0.0, 0.05, 0.3, 0.31, 1.0, 2.5, 60.0])
 

@@ -8,8 +8,7 @@ import numpy as np
 from billiard_shot.calibration.player import errors_of, scale_of_errors
 from billiard_shot.calibration.reader import read_errors
 from billiard_shot.cli.calibrate.table import ESTIMATES, row_of
-from billiard_shot.cli.exit_codes import DONE
-from billiard_shot.cli.text_table import add_format_arguments, print_rows, wants_text
+from billiard_shot.cli.output import add_format_arguments, DONE, print_rows, wants_text
 from billiard_shot.scene import Scene
 
 COLUMNS = tuple(column for column in ESTIMATES if column.key not in ('shots', 'converged'))

@@ -6,8 +6,7 @@ from pathlib import Path
 from billiard_shot.calibration.machine import calibrate_machine
 from billiard_shot.cli.calibrate.errors import COLUMNS
 from billiard_shot.cli.calibrate.table import row_of
-from billiard_shot.cli.exit_codes import DONE
-from billiard_shot.cli.text_table import add_format_arguments, print_rows, wants_text
+from billiard_shot.cli.output import add_format_arguments, DONE, print_rows, wants_text
 from billiard_shot.cue.mechanism import Mechanism
 from billiard_shot.scene import Scene
 

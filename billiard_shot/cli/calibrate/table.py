@@ -8,9 +8,15 @@ from typing import Any
 
 from billiard_shot.calibration.calibrate import calibrate, HORIZON
 from billiard_shot.calibration.result import Calibration, in_words
-from billiard_shot.cli.exit_codes import DONE, FAILED
-from billiard_shot.cli.progress import reporting
-from billiard_shot.cli.text_table import add_format_arguments, Column, print_rows, wants_text
+from billiard_shot.cli.output import (
+    add_format_arguments,
+    Column,
+    DONE,
+    FAILED,
+    print_rows,
+    reporting,
+    wants_text,
+)
 from billiard_shot.cli.workers import add_work_arguments, working
 
 ESTIMATES = (

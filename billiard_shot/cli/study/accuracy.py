@@ -5,17 +5,17 @@ from dataclasses import asdict
 from pathlib import Path
 
 from billiard_shot import Scene
-from billiard_shot.cli.progress import progress
-from billiard_shot.cli.shots import add_scene_argument, scene_name
-from billiard_shot.cli.text_table import (
+from billiard_shot.cli.output import (
     add_format_arguments,
     Column,
     print_footer,
     print_rows,
+    progress,
     wants_text,
 )
-from billiard_shot.pictures.accuracy import draw_accuracy
-from billiard_shot.study.accuracy import cost_of_accuracy, SHOT_TOLERANCES, study_accuracy
+from billiard_shot.cli.shots import add_scene_argument, scene_name
+from billiard_shot.pictures.study import draw_accuracy
+from billiard_shot.study import cost_of_accuracy, SHOT_TOLERANCES, study_accuracy
 
 
 def length(metres: float) -> str:

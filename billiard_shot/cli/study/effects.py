@@ -6,24 +6,23 @@ from pathlib import Path
 from typing import Any
 
 from billiard_shot import Scene
-from billiard_shot.cli.progress import reporting
-from billiard_shot.cli.shots import add_scene_argument, scene_name
-from billiard_shot.cli.text_table import (
+from billiard_shot.cli.output import (
     add_format_arguments,
     Column,
     print_footer,
     print_rows,
+    reporting,
     wants_text,
 )
-from billiard_shot.pictures.effects import draw_effects
-from billiard_shot.shot.stroke_options import (
+from billiard_shot.cli.shots import add_scene_argument, scene_name
+from billiard_shot.cli.stroke_options import (
     add_stroke_arguments,
     strokes_from_options,
     strokes_given,
 )
-from billiard_shot.study.effects import comparison_count, EffectStudy, study_effects
-from billiard_shot.study.sample_strokes import sample_strokes
-from billiard_shot.table.words import plural
+from billiard_shot.pictures.study import draw_effects
+from billiard_shot.study import comparison_count, EffectStudy, sample_strokes, study_effects
+from billiard_shot.table.run.results import plural
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -2,13 +2,16 @@
 
 import numpy as np
 
-from billiard_shot.game.agent import scene_of
-from billiard_shot.game.call import Decision
-from billiard_shot.game.placing import call_of, direct_shots, places_to_try
-from billiard_shot.game.ruling import Ruling
-from billiard_shot.game.safe_stroke import break_stroke, hit_something
-from billiard_shot.game.state import State
-from billiard_shot.planning.in_hand import best_in_hand
+from billiard_shot.game.rack import scene_of
+from billiard_shot.game.state import Decision, Ruling, State
+from billiard_shot.game.strokes import (
+    break_stroke,
+    call_of,
+    direct_shots,
+    hit_something,
+    places_to_try,
+)
+from billiard_shot.planning.plan import best_in_hand
 from billiard_shot.scene import Scene
 from billiard_shot.shot.stroke import Stroke
 

@@ -13,24 +13,35 @@ from time import perf_counter
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.game.agent import scene_of
-from billiard_shot.game.breaks import best_break
-from billiard_shot.game.call import Call, Decision
-from billiard_shot.game.ideas import indirect_pots, pots, safeties, variations
-from billiard_shot.game.placing import call_of, direct_shots, placed, places_to_try
-from billiard_shot.game.rating import Idea, Position, rate, Rated
+from billiard_shot.game.ideas import (
+    Idea,
+    indirect_pots,
+    Position,
+    pots,
+    rate,
+    Rated,
+    safeties,
+    variations,
+)
+from billiard_shot.game.rack import scene_of
 from billiard_shot.game.referee import choose
-from billiard_shot.game.ruling import Ruling
-from billiard_shot.game.safe_stroke import hit_something
-from billiard_shot.game.state import State
+from billiard_shot.game.state import Call, Decision, Ruling, State
+from billiard_shot.game.strokes import (
+    best_break,
+    call_of,
+    direct_shots,
+    hit_something,
+    placed,
+    places_to_try,
+)
 from billiard_shot.game.valuation import at_table, shots_left, value
-from billiard_shot.planning.in_hand import best_in_hand
+from billiard_shot.planning.plan import best_in_hand
 from billiard_shot.planning.shots import DirectShots
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene
 from billiard_shot.scene.errors import refused
+from billiard_shot.scene.fields import positive
 from billiard_shot.scene.placement import CUE_BALL
-from billiard_shot.scene.values import positive
 from billiard_shot.shot.stroke import Stroke
 
 SHOTS, TIPS = 12, 9  # direct shots that are tried, at points of contact of the tip

@@ -4,13 +4,11 @@ import math
 
 import numpy as np
 
-from billiard_shot.game.call import Call, Decision
-from billiard_shot.game.placing import places_to_try
-from billiard_shot.game.ruling import Ruling
-from billiard_shot.game.state import State
+from billiard_shot.game.state import Call, Decision, Ruling, State
+from billiard_shot.game.strokes import places_to_try
 from billiard_shot.scene import Scene
 from billiard_shot.shot.stroke import Stroke
-from billiard_shot.table.run import POCKET_NAMES
+from billiard_shot.table.run.results import POCKET_NAMES
 
 STEEP = math.radians(12.0)  # high enough to clear the cushions and most balls behind the cue ball
 

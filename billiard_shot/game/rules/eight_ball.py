@@ -6,13 +6,8 @@ Numbers of rules are those of that edition. Three consecutive fouls have no pena
 
 from functools import partial
 
-from billiard_shot.game.call import Call
-from billiard_shot.game.fouls import after_shot, in_words, standard_fouls
-from billiard_shot.game.game import Game
-from billiard_shot.game.outcome import Outcome
-from billiard_shot.game.ruling import Ruling
-from billiard_shot.game.spots import rack_of
-from billiard_shot.game.state import State
+from billiard_shot.game.referee import after_shot, in_words, rack_of, standard_fouls
+from billiard_shot.game.state import Call, Game, Outcome, Ruling, State
 from billiard_shot.scene.placement import CUE_BALL
 
 SOLIDS = tuple(str(ball) for ball in range(1, 8))

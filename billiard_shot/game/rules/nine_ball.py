@@ -6,13 +6,8 @@ Numbers of rules are those of that edition.
 
 from functools import partial
 
-from billiard_shot.game.call import Call
-from billiard_shot.game.fouls import after_shot, in_words, standard_fouls
-from billiard_shot.game.game import Game
-from billiard_shot.game.outcome import Outcome
-from billiard_shot.game.ruling import Foul, Ruling
-from billiard_shot.game.spots import rack_of
-from billiard_shot.game.state import State
+from billiard_shot.game.referee import after_shot, in_words, rack_of, standard_fouls
+from billiard_shot.game.state import Call, Foul, Game, Outcome, Ruling, State
 from billiard_shot.scene.placement import CUE_BALL
 
 DRIVEN_IN_BREAK = 4  # object balls that a break without a pot has to drive to cushions (2.3)

@@ -8,13 +8,9 @@ the standard ones of the World Pool-Billiard Association. A foul or a shot witho
 import math
 import random
 
-from billiard_shot.game.call import Call
-from billiard_shot.game.fouls import after_shot, in_words, standard_fouls
-from billiard_shot.game.game import Game
-from billiard_shot.game.outcome import Outcome
-from billiard_shot.game.ruling import Ruling
-from billiard_shot.game.state import State
-from billiard_shot.scene.rack import Place
+from billiard_shot.game.referee import after_shot, in_words, standard_fouls
+from billiard_shot.game.state import Call, Game, Outcome, Ruling, State
+from billiard_shot.scene.placement import Place
 
 SMALLEST_GAP = 1e-3  # m: smallest gap between balls, and between balls and noses
 

@@ -8,16 +8,17 @@ from dataclasses import replace
 import math
 import random
 
-from billiard_shot.game.call import Call
-from billiard_shot.game.fouls import after_shot, in_words, standard_fouls
-from billiard_shot.game.game import Game
-from billiard_shot.game.outcome import Outcome
-from billiard_shot.game.racking import rack_state
-from billiard_shot.game.ruling import Foul, Ruling
-from billiard_shot.game.spots import foot_spot, head_spot, is_free
-from billiard_shot.game.state import added, State
-from billiard_shot.scene.placement import CUE_BALL
-from billiard_shot.scene.rack import Place, Rack, sites
+from billiard_shot.game.referee import (
+    after_shot,
+    foot_spot,
+    head_spot,
+    in_words,
+    is_free,
+    rack_state,
+    standard_fouls,
+)
+from billiard_shot.game.state import added, Call, Foul, Game, Outcome, Ruling, State
+from billiard_shot.scene.placement import CUE_BALL, Place, Rack, sites
 
 FIFTEEN = tuple(str(ball) for ball in range(1, 16))
 DRIVEN_IN_BREAK = 2  # object balls that an opening break without its ball must drive (4.3)

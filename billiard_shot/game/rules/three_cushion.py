@@ -8,15 +8,9 @@ and the game ends with the winning point, without an equalizing inning (29).
 
 from dataclasses import replace
 
-from billiard_shot.game.call import Call
-from billiard_shot.game.fouls import after_shot, in_words
-from billiard_shot.game.game import Game
-from billiard_shot.game.outcome import Outcome
-from billiard_shot.game.ruling import Foul, Ruling
-from billiard_shot.game.spots import foot_spot, head_spot
-from billiard_shot.game.state import added, State
-from billiard_shot.scene.placement import CUE_BALL
-from billiard_shot.scene.rack import Place
+from billiard_shot.game.referee import after_shot, foot_spot, head_spot, in_words
+from billiard_shot.game.state import added, Call, Foul, Game, Outcome, Ruling, State
+from billiard_shot.scene.placement import CUE_BALL, Place
 
 CUSHION_CONTACTS = 3  # contacts with cushions before the second ball (83)
 SPOT_DISTANCE = 0.1825  # m: from the head spot to the spots of the first cue ball (13)

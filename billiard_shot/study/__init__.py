@@ -1,1 +1,0 @@
-"""What accuracy and effects cost in a scene."""

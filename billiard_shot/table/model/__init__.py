@@ -1,0 +1,1 @@
+"""What a simulation of a table consists of: numbers, geometry, balls, the cue."""

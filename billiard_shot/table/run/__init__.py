@@ -1,0 +1,1 @@
+"""A table from its beginning to rest: the event loop, batches, results."""

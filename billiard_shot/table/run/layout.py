@@ -1,0 +1,274 @@
+"""A scene's table laid out: its numbers, and the lines and arcs that balls meet."""
+
+from collections.abc import Callable
+from functools import lru_cache
+import math
+from typing import Any, ParamSpec, TypeVar
+
+from billiard_shot.impact.options import LAWS
+from billiard_shot.records import OBJECTS, Storage
+from billiard_shot.scene import Scene
+from billiard_shot.scene.equipment import Pocket
+from billiard_shot.table.contacts.cushion_models import CUSHION_MODELS, HAN, room_for_rebounds
+from billiard_shot.table.model.cue import CueParams, NO_CUE
+from billiard_shot.table.model.geometry import (
+    BallClothParams,
+    GATE_AUTO,
+    GATE_ON,
+    Jaw,
+    Mouth,
+    PackedTable,
+    PocketGeometry,
+    POCKETS,
+    stiffness_of,
+    TableModel,
+    TableNumbers,
+    TableParams,
+)
+from billiard_shot.table.motion.boundaries import DEPTH_IN_MOUTH
+
+
+def ball_cloth_params(scene: Scene) -> BallClothParams:
+    """Collect what the motion of a ball on the cloth depends on, all effects as called for."""
+    ball, cloth, table = scene.ball, scene.cloth, scene.contacts.ball_table
+    return BallClothParams(
+        mass=float(ball.mass),
+        radius=float(ball.radius),
+        inertia=float(ball.inertia),
+        gravity=float(cloth.gravity),
+        sliding_friction=float(cloth.sliding_friction),
+        rolling_resistance=float(cloth.rolling_resistance),
+        rolling_rise=float(cloth.rolling_rise),
+        spin_deceleration=float(cloth.spin_deceleration),
+        cloth_restitution=float(table.restitution),
+        cloth_friction=float(table.friction),
+        law=LAWS[scene.law],
+        exponent=float(scene.exponent),
+        flight_gate=GATE_AUTO,
+        bounce_gate=GATE_AUTO,
+    )
+
+
+_NO_MOUTH = (1.0, 1.0, 0.0, 0.0, 0.0)
+ENDLESS = TableParams(
+    length=math.inf,
+    width=math.inf,
+    pockets=False,
+    cushion_model=HAN,
+    cushion_restitution=0.0,
+    cushion_friction=0.0,
+    cushion_early_fading=0.0,
+    cushion_fading=0.0,
+    cushion_frequency_ratio=0.0,
+    cushion_stiffness=1.0,
+    cushion_duration=0.0,
+    nose_height=0.0,
+    cushion_depth=0.0,
+    corner=_NO_MOUTH,
+    side=_NO_MOUTH,
+    corner_hole=(0.0, 0.0),
+    side_hole=(0.0, 0.0),
+    ball_restitution=1.0,
+    friction_fast=0.0,
+    friction_slow=0.0,
+    friction_decay=0.0,
+    ball_stiffness=1.0,
+    ball_duration=0.0,
+    contact_gap=DEPTH_IN_MOUTH,
+)
+"""Cloth without end, for one ball."""
+
+
+def table_params(scene: Scene) -> TableParams:
+    """Collect what there is to meet, all effects as called for; without a table no end."""
+    table, balls = scene.table, scene.contacts.ball_ball
+    params = ENDLESS._replace(
+        ball_restitution=float(balls.restitution),
+        friction_fast=float(balls.friction_fast),
+        friction_slow=float(balls.friction_slow),
+        friction_decay=float(balls.friction_decay),
+        ball_stiffness=float(balls.stiffness),
+        ball_duration=float(balls.duration),
+        # Those that collide may be as far apart, or as deep in each other where they were pressed
+        # together: they must be among those in touch.
+        contact_gap=max(float(balls.gap), DEPTH_IN_MOUTH),
+    )
+    if table is None:
+        return params
+    cushion, corner, side = table.cushion, table.corner, table.side
+    return params._replace(
+        length=float(table.length),
+        width=float(table.width),
+        pockets=table.pockets,
+        cushion_model=CUSHION_MODELS[cushion.model],
+        cushion_restitution=float(cushion.restitution),
+        cushion_friction=float(cushion.friction),
+        cushion_early_fading=float(cushion.early_fading),
+        cushion_fading=float(cushion.fading),
+        cushion_frequency_ratio=float(cushion.frequency_ratio),
+        cushion_stiffness=float(cushion.stiffness),
+        cushion_duration=float(cushion.duration),
+        nose_height=2.0 * scene.ball.radius * cushion.height,
+        cushion_depth=float(cushion.depth),
+        corner=_mouth(corner),
+        side=_mouth(side),
+        corner_hole=(corner.shelf + corner.radius - 0.5 * corner.mouth, float(corner.radius)),
+        side_hole=(side.shelf + side.radius, float(side.radius)),
+    )
+
+
+def _mouth(pocket: Pocket) -> Mouth:
+    """Mouth, sine and cosine of the turn from nose to facing, radius and setback of the jaws."""
+    turn = math.radians(180.0 - pocket.cut_deg)
+    return (
+        float(pocket.mouth),
+        math.sin(turn),
+        math.cos(turn),
+        float(pocket.jaw_radius),
+        pocket.jaw_radius * math.tan(0.5 * turn),
+    )
+
+
+P = ParamSpec('P')
+R = TypeVar('R')
+
+
+def _kept(function: Callable[P, R]) -> Callable[P, R]:
+    """Keep the last results of a function; callers must not modify them."""
+    kept: Any = lru_cache(maxsize=64)(function)
+    return kept
+
+
+# Fields of `TableParams` that `TableNumbers` repeats.
+_SHARED = tuple(name for name in TableParams._fields if hasattr(TableNumbers, name))
+
+
+def table_of(layout: PackedTable) -> TableModel:
+    """Return the table that is laid out; for Python, because numba cannot return a record."""
+    return TableModel(layout.params, layout.numbers[0], *layout[2:])
+
+
+@_kept
+def lay_out(
+    storage: Storage,
+    params: BallClothParams,
+    table: TableParams,
+    hop_tolerance: float = 1.0,
+    fast_rebounds: bool = False,
+    cue: CueParams = NO_CUE,
+) -> PackedTable:
+    """
+    Lay out a table; not to be changed.
+
+    `hop_tolerance` [m] is for simulations, see `TableNumbers`; for `fast_rebounds` see
+    `TableTask`.
+    """
+    numbers: list[TableNumbers] = storage.records(TableNumbers, 1)
+    n = numbers[0]
+    standoff = _standoff(table, params.radius)
+    n.endless = table.length == math.inf
+    n.nose_standoff = standoff
+    n.centre_half_length = 0.5 * table.length - standoff
+    n.centre_half_width = 0.5 * table.width - standoff
+    n.nose_half_length = n.centre_half_length + standoff
+    n.nose_half_width = n.centre_half_width + standoff
+    if table.pockets:
+        n.corner_end = math.sqrt(0.5) * table.corner[0] + table.corner[4]
+        n.side_end = 0.5 * table.side[0] + table.side[4]
+    for name in _SHARED:
+        setattr(n, name, getattr(table, name))
+    if table.ball_duration > 0.0:
+        n.impact_stiffness = stiffness_of(params.mass, table.ball_duration, params.exponent)
+    n.hop_tolerance = hop_tolerance
+    sine = (n.nose_height - params.radius) / params.radius
+    rebounds = (
+        room_for_rebounds(storage, params, table, sine) if fast_rebounds else storage.zeros(0)
+    )
+    return PackedTable(params, numbers, *edges_of(storage, table, params.radius), rebounds, cue)
+
+
+def edges_of(
+    storage: Storage, table: TableParams, radius: float
+) -> tuple[list[Jaw], list[PocketGeometry]]:
+    """Lay out the jaws and pockets of a table for balls of a radius [m]."""
+    count = POCKETS if table.pockets else 0
+    jaws: list[Jaw] = storage.records(Jaw, 2 * count)
+    pockets: list[PocketGeometry] = storage.records(PocketGeometry, count)
+    x, y = 0.5 * table.length, 0.5 * table.width
+    at_corner = math.sqrt(0.5) * table.corner[0]
+    out = math.sqrt(0.5) * table.corner_hole[0]
+    half = 0.5 * table.side[0]
+    for i in range(count):
+        one, other, pocket = jaws[2 * i], jaws[2 * i + 1], pockets[i]
+        if i < 4:
+            sx = 1.0 if i in (0, 3) else -1.0
+            sy = 1.0 if i < 2 else -1.0
+            place_jaw(
+                table, one, table.corner, sx * (x - at_corner), sy * y, sx, dy=0.0, ox=0.0, oy=sy
+            )
+            place_jaw(
+                table, other, table.corner, sx * x, sy * (y - at_corner), 0.0, dy=sy, ox=sx, oy=0.0
+            )
+            pocket.hole_x, pocket.hole_y = sx * (x + out), sy * (y + out)
+            pocket.hole_radius = table.corner_hole[1]
+        else:
+            sy = 1.0 if i == 4 else -1.0
+            place_jaw(table, one, table.side, half, sy * y, -1.0, dy=0.0, ox=0.0, oy=sy)
+            place_jaw(table, other, table.side, -half, sy * y, 1.0, dy=0.0, ox=0.0, oy=sy)
+            pocket.hole_x, pocket.hole_y = 0.0, sy * (y + table.side_hole[0])
+            pocket.hole_radius = table.side_hole[1]
+        bound_pocket(pocket, (one, other), _standoff(table, radius))
+        if table.pocket_gate == GATE_ON:
+            pocket.bounds_half_length, pocket.bounds_half_width = math.inf, math.inf
+    return jaws, pockets
+
+
+def place_jaw(
+    table: TableParams,
+    jaw: Jaw,
+    mouth: Mouth,
+    x: float,
+    y: float,
+    dx: float,
+    dy: float,
+    ox: float,
+    oy: float,
+) -> None:
+    """Place a jaw whose nose runs along d to (x, y), where its line meets the facing's; o: out."""
+    _, sine, cosine, radius, setback = mouth
+    fx, fy = cosine * dx + sine * ox, cosine * dy + sine * oy
+    jaw.arc_x = x - setback * dx + radius * ox
+    jaw.arc_y = y - setback * dy + radius * oy
+    jaw.arc_radius = radius
+    jaw.start_x = x + setback * fx
+    jaw.start_y = y + setback * fy
+    jaw.end_x = x + table.cushion_depth / sine * fx
+    jaw.end_y = y + table.cushion_depth / sine * fy
+    jaw.normal_x = sine * dx - cosine * ox
+    jaw.normal_y = sine * dy - cosine * oy
+
+
+def bound_pocket(pocket: PocketGeometry, jaws: tuple[Jaw, Jaw], standoff: float) -> None:
+    """Find the rectangle in which a ball's centre can meet anything of the pocket."""
+    centres = [(pocket.hole_x, pocket.hole_y, pocket.hole_radius)]
+    for jaw in jaws:
+        centres += [
+            (jaw.arc_x, jaw.arc_y, jaw.arc_radius + standoff),
+            (jaw.start_x, jaw.start_y, standoff),
+            (jaw.end_x, jaw.end_y, standoff),
+        ]
+    low_x, high_x = min(x - r for x, _, r in centres), max(x + r for x, _, r in centres)
+    low_y, high_y = min(y - r for _, y, r in centres), max(y + r for _, y, r in centres)
+    pocket.bounds_x, pocket.bounds_y = 0.5 * (low_x + high_x), 0.5 * (low_y + high_y)
+    pocket.bounds_half_length = 0.5 * (high_x - low_x)
+    pocket.bounds_half_width = 0.5 * (high_y - low_y)
+
+
+def layout_of(params: BallClothParams, table: TableParams) -> TableModel:
+    """Lay out a table for those who look at it, but simulate nothing."""
+    return table_of(lay_out(OBJECTS, params, table))
+
+
+def _standoff(table: TableParams, radius: float) -> float:
+    above = table.nose_height - radius
+    return math.sqrt(radius * radius - above * above)

@@ -1,0 +1,377 @@
+"""`simulate`: the table alone, from the balls' states to rest; `simulate_batch`: many of those."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from functools import cached_property
+import math
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from billiard_shot.scene import Scene, SceneLike
+from billiard_shot.scene.fields import as_floats, LARGEST, positive, whole
+from billiard_shot.scene.scene import rows_of_parameters
+from billiard_shot.status import Status
+from billiard_shot.table.model.motion import Motion, NOTHING
+from billiard_shot.table.run.effects import params_on_table
+from billiard_shot.table.run.results import count_in_words, plural, POCKET_NAMES, TableRun
+from billiard_shot.table.run.states import (
+    in_cushions,
+    ManyStates,
+    States,
+    table_states,
+    TableStates,
+    validated_starts,
+    VECTORS,
+)
+from billiard_shot.table.run.task import (
+    BatchRecording,
+    DEFAULT_MAX_EVENTS,
+    DEFAULT_TOLERANCE,
+    in_threads,
+    joined,
+    run_tables,
+    run_with_events,
+    TableTask,
+)
+
+
+def data_frame(columns: Mapping[str, Any]) -> Any:
+    """
+    Make a pandas DataFrame, with NaN for numbers that are infinite.
+
+    An infinite time is that of an event that did not happen; `describe` leaves NaN out of means.
+
+    Raises
+    ------
+    ValueError
+        If pandas is not installed, with the command that installs it.
+
+    """
+    try:
+        import pandas as pd
+    except ImportError:
+        raise ValueError(
+            "pandas is not installed; it is an extra: pip install 'billiard_shot[frame]'"
+        ) from None
+    return pd.DataFrame(columns).replace([np.inf, -np.inf], np.nan)
+
+
+@dataclass(frozen=True, eq=False)
+class TableBatch:
+    """Runs of many tables; row by row what `simulate` gives. Balls in the order of `names`."""
+
+    names: tuple[str, ...]
+    final_position: NDArray[np.float64]  # (tables, balls, 3) m, of each ball
+    motion: NDArray[np.uint8]  # (tables, balls) a Motion: REST, POCKETED, ABSENT ...
+    pocket: NDArray[np.int64]  # (tables, balls) index in POCKET_NAMES, -1: in none
+    first_met: NDArray[np.int64]  # (tables, balls) index of the first ball each met, -1: none
+    duration: NDArray[np.float64]  # (tables,) s until all rest
+    status: NDArray[np.uint16]  # (tables,) Status
+    events: NDArray[np.int64]  # (tables,) how many there were
+    searches: NDArray[np.int64]  # (tables,) how many contacts were looked for
+    double_hit: NDArray[np.bool_]  # (tables,) the cue hit ball 0 again, in the strike or later
+    miscue: NDArray[np.bool_]  # (tables,) the tip slid on ball 0 in a strike
+    jaws_met: NDArray[np.int64]  # (tables,) rounded jaws that ball 0 met before another ball
+    rest_time: NDArray[np.float64]  # (tables, balls) s since when it rests, or is off the table
+    cushions: NDArray[np.int64]  # (tables, balls) straight cushions that each ball met
+    last_cushion: NDArray[np.float64]  # (tables, balls) s, of a cushion or a jaw; -inf: none
+    met_time: NDArray[np.float64]  # (tables, balls) s, when ball 0 met each ball first; inf: never
+    met_after: NDArray[np.int64]  # (tables, balls) straight cushions that ball 0 had met by then
+    position_at: NDArray[np.float64]  # (tables, balls, times, 3) m, at the times asked for
+
+    @property
+    def states(self) -> TableStates:
+        """The balls as they rest on the table, without those that fell or left it."""
+        on_table = self.motion < Motion.POCKETED
+        return TableStates(self.names, self.final_position, present=on_table)
+
+    @property
+    def first_contact_time(self) -> NDArray[np.float64]:
+        """When ball 0 met another ball (tables,) [s]; infinite if it met none."""
+        first: NDArray[np.float64] = self.met_time.min(axis=1)
+        return first
+
+    @property
+    def to_cushion(self) -> NDArray[np.bool_]:
+        """Whether each ball (tables, balls) met a cushion or jaw after ball 0 met another ball."""
+        after: NDArray[np.bool_] = self.last_cushion > self.first_contact_time[:, np.newaxis]
+        return after
+
+    @property
+    def off_table(self) -> NDArray[np.bool_]:
+        """Whether each ball (tables, balls) left the table."""
+        off: NDArray[np.bool_] = self.motion == Motion.OFF_TABLE
+        return off
+
+    @cached_property
+    def pocketed(self) -> tuple[dict[str, str], ...]:
+        """For each table the balls that fell, in the order of time, and the pockets."""
+        fallen: list[dict[str, str]] = [{} for _ in range(len(self.status))]
+        tables, balls = np.nonzero(self.pocket != NOTHING)
+        for k in np.lexsort((self.rest_time[tables, balls], tables)).tolist():
+            t, i = int(tables[k]), int(balls[k])
+            fallen[t][self.names[i]] = POCKET_NAMES[self.pocket[t, i]]
+        return tuple(fallen)
+
+    def to_frame(self) -> Any:
+        """
+        Make a pandas DataFrame with a row for each table; places in m, times in s.
+
+        `pocketed`, `off_table` and `to_cushion` are tuples of names, `first_contact` is a name or
+        None, and `first_contact_time` is NaN without a first contact.
+
+        Raises
+        ------
+        ValueError
+            If pandas is not installed.
+
+        """
+        return data_frame(
+            {
+                'status': [Status(each).name for each in self.status.tolist()],
+                'duration': self.duration,
+                **self.columns(),
+            }
+        )
+
+    def columns(self) -> dict[str, Any]:
+        """Return the columns of `to_frame` that tell what the balls did."""
+        names = np.array([*self.names, None], object)
+        places = {
+            f'{name}_{x}': self.final_position[:, i, k]
+            for i, name in enumerate(self.names)
+            for k, x in enumerate('xy')
+        }
+        return {
+            'first_contact': names[self.first_met[:, 0]],
+            'first_contact_time': self.first_contact_time,
+            'pocketed': [tuple(each) for each in self.pocketed],
+            'off_table': self._listed(self.off_table),
+            'to_cushion': self._listed(self.to_cushion),
+            'cushions': self.cushions[:, 0],
+            'double_hit': self.double_hit,
+            'miscue': self.miscue,
+            **places,
+        }
+
+    def _listed(self, which: NDArray[np.bool_]) -> list[tuple[str, ...]]:
+        return [
+            tuple(name for name, there in zip(self.names, row, strict=True) if there)
+            for row in which.tolist()
+        ]
+
+    def __repr__(self) -> str:
+        balls = plural(len(self.names), 'ball')
+        return f'TableBatch({balls}, {count_in_words(self.status, "table", self.miscue)})'
+
+
+def batch_of(played: BatchRecording, names: tuple[str, ...]) -> TableBatch:
+    """Return simulated tables, whose balls have these names, as people use them."""
+    balls, tables, cues = played.balls, played.tables, played.cues
+    return TableBatch(
+        names=names,
+        final_position=balls['position'],
+        motion=balls['motion'].astype(np.uint8),
+        pocket=balls['pocket'],
+        first_met=balls['first_contact'],
+        duration=tables['duration'],
+        status=played.status.astype(np.uint16),
+        events=tables['events'],
+        searches=tables['searches'],
+        double_hit=tables['double_hit'],
+        miscue=cues['miscue'] if len(cues) else np.zeros(len(tables), np.bool_),
+        jaws_met=tables['jaws_met'],
+        rest_time=balls['time'],
+        cushions=balls['cushions'],
+        last_cushion=balls['last_edge'],
+        met_time=balls['met_time'],
+        met_after=balls['met_after'],
+        position_at=played.places,
+    )
+
+
+def simulate(
+    scene: SceneLike,
+    states: States,
+    tolerance: float = DEFAULT_TOLERANCE,
+    max_events: int = DEFAULT_MAX_EVENTS,
+    *,
+    until: float | None = None,
+) -> TableRun:
+    """
+    Simulate all that balls do on a table, without a stroke, until they rest.
+
+    Parameters
+    ----------
+    scene : Scene, str or Path
+        Its `table`; without one the cloth is endless. `balls` does not count here. A name or path
+        is read as by `Scene.load`.
+    states : mapping of str to BallState
+        The balls by name: position (3,) [m], velocity (3,) [m/s], spin (3,) [rad/s]; numbers of
+        at most 1e12.
+    tolerance : float
+        Hops of a ball that move it by less are left out [m], above 0.
+    max_events : int
+        A run that takes more ends with BUDGET_EXCEEDED.
+    until : float, optional
+        Time at which the run ends, even if balls still move [s], above 0.
+
+    Returns
+    -------
+    TableRun
+        `status`: OK, OFF_TABLE (a ball left it), NEVER_RESTS or BUDGET_EXCEEDED; or where several
+        balls at once could not be solved, that of their collision: it ends there.
+
+    Raises
+    ------
+    ValueError
+        Naming the ball, field and value that makes no sense.
+
+    """
+    scene = Scene.load(scene)
+    tolerance = positive('tolerance', tolerance, 'm')
+    max_events = whole('max_events', max_events, 1)
+    starts = validated_starts(scene, states)
+    end = math.inf if until is None else positive('until', until, 's')
+    task = TableTask(*params_on_table(scene), starts, tolerance, tolerance, max_events, until=end)
+    return run_one(task, tuple(states))
+
+
+def run_one(task: TableTask, names: tuple[str, ...]) -> TableRun:
+    """Simulate one table, whose balls have these names, with all that happens."""
+    begin = perf_counter()
+    played = run_with_events(task)
+    return run_of(played, names, perf_counter() - begin)
+
+
+def run_of(played: BatchRecording, names: tuple[str, ...], wall_time: float) -> TableRun:
+    """Return the recording of one table, whose balls have these names, as people use it."""
+    end, balls = played.tables, played.balls[0]
+    places = np.empty((len(balls), 2), np.int64)
+    places[:, 0], places[:, 1] = balls['pocket'], balls['first_contact']
+    return TableRun(
+        names,
+        Status(int(end['run_status'][0])),
+        float(end['duration'][0]),
+        wall_time,
+        int(end['searches'][0]),
+        played.segments,
+        _events=played.events,
+        _places=places,
+        jaws_met=int(end['jaws_met'][0]),
+    )
+
+
+def simulate_batch(
+    scene: SceneLike,
+    states: ManyStates,
+    tolerance: float = DEFAULT_TOLERANCE,
+    max_events: int = DEFAULT_MAX_EVENTS,
+    workers: int | None = None,
+    *,
+    present: ArrayLike | None = None,
+    until: float | None = None,
+    at: ArrayLike | None = None,
+    parameters: Mapping[str, ArrayLike] | None = None,
+) -> TableBatch:
+    """
+    Simulate many tables at once, on all cores.
+
+    Parameters
+    ----------
+    scene, tolerance, max_events
+        As for `simulate`.
+    states : TableStates, mapping of str to BallState, or sequence of such mappings
+        One mapping whose arrays are (tables, 3), or (3,) for all tables alike; or a mapping for
+        each table, with the balls that this table has. A row that cannot be (not finite or too
+        large, overlapping balls, a ball in a cushion) gets the status INVALID_REQUEST; `simulate`
+        says why.
+    workers : int, optional
+        Threads; by default as many as there are cores.
+    present : (tables, balls) array_like of bool, optional
+        If `states` is one mapping: whether a table has a ball; by default all tables have all. A
+        ball that a table does not have ends with the motion ABSENT.
+    until : float, optional
+        As for `simulate`.
+    at : (times,) array_like, optional
+        Times for which `position_at` of the result has the places of the balls [s], ascending, at
+        least 0.
+    parameters : mapping of str to (tables,) array_like, optional
+        Numbers of the scene, see `Scene.parameters`, that differ from table to table. Tables with
+        the same numbers are simulated together: each set of numbers takes some milliseconds.
+
+    Raises
+    ------
+    ValueError
+        If an argument makes no sense.
+
+    """
+    scene = Scene.load(scene)
+    tolerance = positive('tolerance', tolerance, 'm')
+    max_events = whole('max_events', max_events, 1)
+    if workers is not None:
+        workers = whole('workers', workers, 1)
+    end = math.inf if until is None else positive('until', until, 's')
+    tables = table_states(states, present)
+    times = _times(at)
+
+    def simulate_rows(scene: Scene, rows: TableStates) -> TableBatch:
+        starts = rows.starts()
+        for field in VECTORS:
+            starts[field][np.abs(starts[field]) > LARGEST] = np.nan  # compiled code refuses it
+        for t, i, _ in in_cushions(scene, starts):
+            starts['position'][t, i] = np.nan
+        task = TableTask(
+            *params_on_table(scene),
+            starts,
+            tolerance,
+            tolerance,
+            max_events,
+            until=end,
+            times=times,
+        )
+        return run_many(task, rows.names, workers)
+
+    if not parameters:
+        return simulate_rows(scene, tables)
+    names, values = rows_of_parameters(parameters, len(tables))
+    sets, which = np.unique(values, axis=0, return_inverse=True)
+    which = which.ravel()  # of another shape in some versions of NumPy
+    parts = [
+        simulate_rows(scene.with_parameters(names, row), tables.take(which == number))
+        for number, row in enumerate(sets)
+    ]
+    if not parts:
+        return simulate_rows(scene, tables)
+    order = np.argsort(np.argsort(which, kind='stable'), kind='stable')
+    return TableBatch(
+        **{
+            each.name: np.concatenate([getattr(part, each.name) for part in parts])[order]
+            for each in fields(TableBatch)
+            if each.name != 'names'
+        },
+        names=tables.names,
+    )
+
+
+def _times(at: ArrayLike | None) -> tuple[float, ...]:
+    """Read times that must be ascending [s]."""
+    times = np.zeros(0) if at is None else as_floats(at)
+    wrong = times.ndim != 1 or not np.isfinite(times).all() or (times < 0.0).any()
+    if wrong or (at is not None and not len(times)) or (np.diff(times) < 0.0).any():
+        raise ValueError(f'at must be ascending times, at least 0, got {at!r} (s)')
+    return tuple(times.tolist())
+
+
+def run_many(task: TableTask, names: tuple[str, ...], workers: int | None = None) -> TableBatch:
+    """Simulate tables, whose balls have these names, on all cores."""
+
+    def simulate_part(part: slice) -> BatchRecording:
+        return run_tables(task.part(part))
+
+    parts = in_threads(simulate_part, len(task.starts), workers)
+    parts = parts or [simulate_part(slice(0, 0))]
+    return batch_of(joined(parts), names)

@@ -1,0 +1,1 @@
+"""The strike: where the cue has room, and its impact with the ball."""
