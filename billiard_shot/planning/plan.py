@@ -200,8 +200,9 @@ def plan(
         Evaluates the strokes; it has the method `submit` of the executors of
         `concurrent.futures`. By default threads on all cores.
     seconds : float, optional
-        Time after which the search ends with its best result [s], above 0; by default the budget
-        alone ends it. A search that the time ends is not reproducible.
+        Time after which the search ends with its best result [s], above 0, from its first
+        strokes on; by default the budget alone ends it. A search that the time ends is not
+        reproducible.
     place : str, optional
         The cue ball is in hand, and the plan says where to put it: `anywhere` on the table, or in
         the `kitchen` behind the head string. Only for targets that pot a ball, at the places with

@@ -267,19 +267,21 @@ class Runner:
         self.budget, self.simulations, self.best = budget, 0, 0.0
         self._best_stroke: Stroke | None = None
         self.reserved = round(FINAL_RESERVE * budget)
+        self.granted = 0  # strokes that may be evaluated although the time is up
         self._maps = Maps(problem.model, bounds_of(problem.sigmas), problem.setting.reaching)
         self._executor = executor
         self._problem, self._work = problem, partial(evaluate_strokes, problem, value=value)
         self.value = value
         self._progress, self._cancel = progress, cancel
-        self._begin, self._seconds = perf_counter(), seconds
+        # The time counts from the first strokes on: on a busy machine it would else be up before.
+        self._begin, self._seconds = inf, seconds
 
     @property
     def left(self) -> int:
         """Number of strokes that may still be evaluated, without the reserved ones."""
         left = self.budget - self.simulations - self.reserved
         if self._seconds is not None:
-            left = int(min(left, self._rate * self._time_left))
+            left = min(left, max(int(self._rate * self._time_left), self.granted))
         return max(left, 0)
 
     @property
@@ -290,8 +292,12 @@ class Runner:
     @property
     def _rate(self) -> float:
         """Evaluated strokes per second."""
-        gone = perf_counter() - self._begin
-        return self.simulations / gone if self.simulations else FIRST_RATE
+        return self.simulations / self._gone if self.simulations else FIRST_RATE
+
+    @property
+    def _gone(self) -> float:
+        """Seconds since the first strokes began."""
+        return max(perf_counter() - self._begin, 0.0)
 
     def _chunk(self, strokes: int) -> int:
         """
@@ -319,7 +325,7 @@ class Runner:
         """Seconds until a share of the time has passed."""
         if self._seconds is None:
             return inf
-        return share * self._seconds - (perf_counter() - self._begin)
+        return share * self._seconds - self._gone
 
     def note(self, stroke: Array, value: float) -> None:
         """Report a stroke (5,) as the best one so far, if its value is larger than before."""
@@ -393,6 +399,7 @@ class Runner:
             (strokes[part], mapped.part(part), None if places is None else places[part])
             for part in parts
         ]
+        self._begin = min(self._begin, perf_counter())
         results = [Outcomes(np.empty(0, np.bool_), np.empty(0), np.empty(0))]
         for outcomes in self.each(work, rows):
             results.append(outcomes)

@@ -148,6 +148,7 @@ RACERS, FINAL_STROKES = 6, 4  # strokes that race; strokes that get held-out tri
 RACE_TRIALS = (100, 100, 200, 400)  # of each stroke that still races, in the rounds of a race
 SURE_SUCCESS = 0.98  # lower bound of the success at which the race ends
 WINNER_TRIALS, OTHER_TRIALS = 1500, 400  # held-out trials of the winner; of each other
+LEAST_TRIALS = 100  # of the winner, even if the time is up
 MAX_ROUNDS = 5  # of which two must agree
 PROMISING = 0.1  # success: a stage that is worse than the best by more is not searched again
 
@@ -309,6 +310,7 @@ def run_race(
     found = []
     for place, stroke in enumerate(strokes[:FINAL_STROKES]):
         share = (WINNER_TRIALS, OTHER_TRIALS)[place > 0]
+        runner.granted = 0 if found else LEAST_TRIALS
         count = min(max(1, round(effort * share)), runner.left)
         outcomes = _trials(problem, runner, draws, stroke[np.newaxis], count, exact=True)
         count = len(outcomes.value)

@@ -95,7 +95,10 @@ def test_an_exact_command_leaves_the_launch_what_strikes_of_scenes_err(recording
     launches[1, SPEED] = 1.0
     states = states_of(Model(CAROM, (Frame(),)), samples_of(shot), launches)
     speeds = np.linalg.norm(states.velocity[:, 0], axis=-1)
-    assert speeds[1] / speeds[0] == pytest.approx(1.0 + LEAST_ERRORS[SPEED] / shot.stroke.speed)
+    assert speeds[1] / speeds[0] == pytest.approx(
+        1.0 + LEAST_ERRORS[SPEED] / shot.stroke.speed,
+        rel=1e-4,  # normals that move let a strike scale with its speed nearly
+    )
     assert samples_of(replace(shot, noise=None)).command is None
 
 

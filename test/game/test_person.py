@@ -158,7 +158,9 @@ def test_too_many_players_are_refused(types):
 @pytest.mark.parametrize('written', ['shot-01.html', 'shot-01.png'])
 def test_ctrl_c_while_pages_are_written_leaves_the_list(tmp_path, written):
     pages = tmp_path / 'pages'
-    command = f'-m billiard_shot play practice --balls 6 --seed 3 --players greedy --pages {pages}'
+    command = (
+        f'-m billiard_shot play practice --balls 15 --seed 3 --players greedy --pages {pages}'
+    )
     with subprocess.Popen([sys.executable, *command.split()], stdout=subprocess.PIPE) as game:
         while not (pages / written).exists():
             assert game.poll() is None

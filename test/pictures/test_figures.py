@@ -180,8 +180,8 @@ def test_the_home_page_shows_the_shot_of_its_command(tmp_path, monkeypatch):
     assert data['start'] == json.loads(json.dumps(view_data(jump(), '')['start']))
 
 
-# Traces leave the shaft out.
-FREE_END = Scene.from_dict({'like': 'pool', 'effects': {'shaft': 'off'}})
+# Traces leave the shaft out, and bodies stay in place.
+FREE_END = Scene.from_dict({'like': 'pool', 'law': 'energetic', 'effects': {'shaft': 'off'}})
 
 
 @pytest.mark.parametrize('shot', [masse(), predict(FREE_END, english().stroke)])

@@ -344,6 +344,7 @@ def test_a_drill_counts_tries_with_errors(browser, tmp_path):
     balls = browser.run('view.state.balls')
     successes = 0
     for tries in range(1, 13):
+        browser.run("document.getElementById('again').click()")  # while it rolls, Strike pauses
         browser.run("document.getElementById('play').click()")
         found, target = browser.run('[view.outcome.balls, view.state.target]')
         ends = found[target['ball']]

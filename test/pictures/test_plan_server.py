@@ -27,7 +27,7 @@ pytest.importorskip('tornado', reason='needs the extra live')
 from billiard_shot.cli import plan_server
 
 SCENE = Scene.load('frozen_combination')
-POT = {'state': {}, 'target': {'pot': '8'}}
+POT = {'state': {}, 'target': {'pot': '8'}, 'seconds': 600}
 PATIENCE = 60  # s
 needs_browser = pytest.mark.skipif(
     find_browser() is None or not machine_code.is_loaded(), reason='needs Chromium, machine code'
@@ -416,6 +416,7 @@ def test_plans_are_tried_and_changed_in_the_page(browser, live, monkeypatch):
     quickly(monkeypatch)
     opened(browser, live)
     choose(browser, 'goal-ball', '8')
+    browser.run("document.getElementById('seconds').value = '600'")
     press_search(browser)
     browser.wait_for("document.getElementById('search').textContent === 'Plan'")
     truth = plan(SCENE, {'pot': '8'}, budget=3000)

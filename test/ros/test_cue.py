@@ -170,6 +170,7 @@ def test_what_it_publishes(cell):
         'table': 'ok',
         'clock': 'ok',
         'commands': 'ok',
+        'alignment': 'exact',
     }
 
     def measured_angles():

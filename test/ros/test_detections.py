@@ -1,5 +1,6 @@
 """Messages of a camera to detections of balls, without any middleware."""
 
+from collections import Counter
 import math
 from types import SimpleNamespace
 
@@ -151,7 +152,8 @@ class Hearing:
             _frames=SimpleNamespace(between=lambda *_: HERE),
             _reading=(NAMES, 0.5, VARIANCE),
             _detections_type=Detection3DArray,
-            _ignored=7,
+            _ignored=Counter(),
+            _told=-math.inf,
             _tracker=self.tracker,
             _repeat=SimpleNamespace(reset=lambda: None),
             _publish=self._publish,

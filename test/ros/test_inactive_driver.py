@@ -143,8 +143,13 @@ def test_a_file_that_is_damaged_or_cannot_be_written_is_named(driver):
 def test_a_second_driver_of_the_same_name_does_not_become_active(driver):
     first = driver.start()
     assert any('ready: action' in line for line in first.stdout)
-    second = driver.start('-p', "state_file:=''")
-    line = next(line for line in second.stdout if 'activate failed' in line or 'ready' in line)
+    for _ in range(3):  # on a busy machine the middleware may tell of the first one late
+        second = driver.start('-p', "state_file:=''")
+        line = next(line for line in second.stdout if 'activate failed' in line or 'ready' in line)
+        if 'ready' not in line:
+            break
+        second.send_signal(signal.SIGINT)
+        second.wait(PATIENCE)
     assert f'activate failed: another node is named {driver.space}/cue_driver' in line
     first.send_signal(signal.SIGINT)
     assert any('ready: action' in line for line in second.stdout), 'it becomes active later'

@@ -190,13 +190,15 @@ class Client:
         self.is_canceled |= self.cancel_at == 'firing'
         if problem := moved(goal.plan.balls, self.wait_for_rest(), 1e-3):  # as the driver does
             result = SimpleNamespace(
-                outcome=GoalOutcome.TABLE_DIFFERS, message=problem, struck=False
+                outcome=GoalOutcome.TABLE_DIFFERS, message=problem, struck=False, measured=False
             )
             return SimpleNamespace(status=GoalStatus.STATUS_ABORTED, result=result)
         strike = SimpleNamespace(header=SimpleNamespace(stamp=1))
         outcome, message = (4, 'the emergency stop') if self.stopped else (0, 'done')
         status = GoalStatus.STATUS_ABORTED if self.stopped else GoalStatus.STATUS_SUCCEEDED
-        result = SimpleNamespace(strike=strike, struck=True, outcome=outcome, message=message)
+        result = SimpleNamespace(
+            strike=strike, struck=True, measured=True, outcome=outcome, message=message
+        )
         return SimpleNamespace(status=status, result=result)
 
 
