@@ -307,7 +307,7 @@ def run_race(
         strokes[:racing], wins[:racing] = strokes[order], wins[order]
         racing = _still_racing(wins[:racing], trials)
     runner.reserved = 0
-    found = []
+    found: list[RankedStroke] = []
     for place, stroke in enumerate(strokes[:FINAL_STROKES]):
         share = (WINNER_TRIALS, OTHER_TRIALS)[place > 0]
         runner.granted = 0 if found else LEAST_TRIALS
