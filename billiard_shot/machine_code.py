@@ -73,13 +73,13 @@ def library() -> Library | None:
 
 def library_at(path: Path) -> Library:
     """Load a library; raise as `description_of`, or OSError if it is of another system."""
-    from billiard_shot.records import layout_of  # with NumPy, which builds of the package lack
+    from billiard_shot.records import record_layout  # with NumPy, which builds of the package lack
 
     description = description_of(path)
     for name, layout in description['records'].items():
         module, _, record = name.partition(':')
         # The others are laid out by the same rules; to import them takes longer than all the rest.
-        if module in sys.modules and layout_of(getattr(sys.modules[module], record)) != layout:
+        if module in sys.modules and record_layout(getattr(sys.modules[module], record)) != layout:
             raise ValueError(f'{path} has another layout of {record}')
     return Library(ctypes.CDLL(str(path)), description)
 

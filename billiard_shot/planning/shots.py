@@ -29,7 +29,7 @@ from billiard_shot.planning.pockets import (
     openings_of,
     pot_of,
     PRESENT,
-    Seen,
+    TableView,
 )
 from billiard_shot.planning.problem import limits_of
 from billiard_shot.planning.within_noise import noise_of, strike_alone
@@ -253,7 +253,7 @@ def _player(storage: Storage, scene: Scene, noise: Noise, balls: int) -> PlayerR
     lowest, highest = limits.elevations
     a, _, _, azimuth, speed = noise.sigmas(scene.ball.radius).tolist()
     raising = raising_of(storage, scene, min(highest, steepest), margins.elevation)
-    around = raising.around._replace(balls=storage.zeros(balls, 2))
+    obstacles = raising.obstacles._replace(balls=storage.zeros(balls, 2))
     stroke = np.zeros(len(OFFSETS))
     stroke[B] = -margins.b
     return PlayerRecord(
@@ -264,7 +264,7 @@ def _player(storage: Storage, scene: Scene, noise: Noise, balls: int) -> PlayerR
         float(robot.speed_min),
         float(robot.speed_max),
         max(lowest, margins.elevation),
-        raising._replace(around=around),
+        raising._replace(obstacles=obstacles),
         storage.array(stroke),
     )
 
@@ -296,7 +296,7 @@ def strikes_of(model: StrikeModel) -> CentralStrikes:
 
 
 @inner
-def is_open(seen: Seen, ball: int, pocket: int) -> bool:
+def is_open(seen: TableView, ball: int, pocket: int) -> bool:
     """
     Whether a ball can be sent into a pocket.
 
@@ -331,7 +331,7 @@ def count_open_pockets(
     Parameters
     ----------
     layout, openings, axes
-        See `Seen`.
+        See `TableView`.
     places : (tables, balls, 2) floats
         Centres of the balls [m].
     kinds : (tables, balls) ints
@@ -341,7 +341,7 @@ def count_open_pockets(
     """
     for t in range(len(places)):
         numbers, holes = layout.numbers[0], layout.pockets
-        seen = Seen(layout.params, numbers, holes, openings, axes, places[t], kinds[t])
+        seen = TableView(layout.params, numbers, holes, openings, axes, places[t], kinds[t])
         for ball in range(len(kinds[t])):
             count = 0
             if kinds[t][ball] == LEGAL:

@@ -82,7 +82,7 @@ def message_of(status: Status, scene: Scene, stroke: Stroke, trajectory: Traject
 def _in_the_way(
     status: Status, scene: Scene, stroke: Stroke, trajectory: Trajectory, elevation: float
 ) -> str:
-    around = placement.surroundings_of(scene)
+    obstacles = placement.surroundings_of(scene)
     touching = stroke.touching(scene.cue.tip_curvature_radius / scene.ball.radius)
     direction = np.array(stroke.velocity) / stroke.speed
     if status == Status.CUE_THROUGH_BALL:
@@ -92,7 +92,7 @@ def _in_the_way(
         names = [f'the {name} cushion' for name in NOSE_NAMES]
         depth_in = placement.depth_in_cushion
     depths = [
-        depth_in(around, i, touching.normal, direction, trajectory.final_position)
+        depth_in(obstacles, i, touching.normal, direction, trajectory.final_position)
         for i in range(len(names))
     ]
     pairs = zip(names, depths, strict=True)
