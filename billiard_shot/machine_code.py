@@ -20,12 +20,12 @@ import sys
 from typing import Any, NamedTuple
 import warnings
 
-from billiard_shot.entries import LAYERS
-
 DESCRIPTION = 'description.json'
 LIBRARY = f'{platform.system()}-{platform.machine()}'.lower()  # its name, without a suffix
 _HERE = Path(__file__).parent
 PACKAGED = _HERE / 'library'  # in a wheel
+# Folders of the sources that the library depends on.
+LAYERS = ('numerics', 'impact', 'scene', 'table', 'shot', 'planning', 'compiler')
 
 
 class Library(NamedTuple):
@@ -126,7 +126,7 @@ def built() -> Path:
 def sources() -> str:
     """Digest of all sources that the library depends on; not of this file."""
     files = [path for path in _HERE.glob('*.py') if path.name != Path(__file__).name]
-    for layer in (*LAYERS, 'compiler'):
+    for layer in LAYERS:
         files += (_HERE / layer).rglob('*.py')
     digest = hashlib.sha256()
     for path in sorted(files):
