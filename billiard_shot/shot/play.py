@@ -22,7 +22,7 @@ from billiard_shot.table.model.motion import BallStart
 from billiard_shot.table.run.effects import table_on
 from billiard_shot.table.run.layout import ENDLESS, lay_out, table_of
 from billiard_shot.table.run.results import count_in_words
-from billiard_shot.table.run.simulate import batch_of, data_frame, TableBatch
+from billiard_shot.table.run.simulate import batch_of, TableBatch
 from billiard_shot.table.run.states import ball_starts, TableStates
 from billiard_shot.table.run.task import BatchRecording, in_threads, joined, run_tables, TableTask
 from billiard_shot.table.strike.placement import (
@@ -253,24 +253,17 @@ class StrokeBatch(TableBatch, Shown):
     def __repr__(self) -> str:
         return f'StrokeBatch({count_in_words(self.status, "stroke", self.miscue)})'
 
-    def to_frame(self) -> Any:
-        """
-        Make a pandas DataFrame with a row for each stroke.
-
-        Status, velocity, spin; and what rules ask: the columns of `TableBatch.to_frame`.
-
-        Raises
-        ------
-        ValueError
-            If pandas is not installed.
-
-        """
-        columns: dict[str, Any] = {'status': [Status(each).name for each in self.status.tolist()]}
-        for name in ('velocity', 'spin'):
-            columns |= {f'{name}_{x}': getattr(self, name)[:, i] for i, x in enumerate('xyz')}
-        for name in ('cue_speed', 'duration', 'error_estimate', 'chatter'):
-            columns[name] = getattr(self, name)
-        return data_frame(columns | self.columns())
+    def columns(self) -> dict[str, Any]:
+        """Return the columns of `to_frame`: status, velocity, spin, and those of `TableBatch`."""
+        status = [Status(each).name for each in self.status.tolist()]
+        vectors = {
+            f'{name}_{x}': getattr(self, name)[:, i]
+            for name in ('velocity', 'spin')
+            for i, x in enumerate('xyz')
+        }
+        names = 'cue_speed', 'duration', 'error_estimate', 'chatter'
+        own = {'status': status} | vectors | {name: getattr(self, name) for name in names}
+        return own | super().columns()
 
 
 def stroke_batch(scene: Scene, names: tuple[str, ...], played: BatchRecording) -> StrokeBatch:
