@@ -96,7 +96,7 @@ class Entry:
         assert library is not None
         function = library.functions[name]
         function.argtypes, function.restype = [ctypes.c_char_p], ctypes.c_int64
-        table = table_of(library.description['entries'][name]['arguments'], self.kept)
+        table = argument_table(library.description['entries'][name]['arguments'], self.kept)
         return Run(ROWS, lambda *args: function(table(*args)))
 
 
@@ -112,7 +112,7 @@ def entry(
     return lambda function: Entry(function, example, kept)
 
 
-def table_of(arguments: list[dict[str, Any]], kept: int) -> Callable[..., bytes]:
+def argument_table(arguments: list[dict[str, Any]], kept: int) -> Callable[..., bytes]:
     """Make a function that puts arguments into a table; the last are kept, see `entry`."""
     new = len(arguments) - kept
     pack_new, pack_kept = packer(arguments[:new]), packer(arguments[new:])

@@ -20,12 +20,12 @@ import sys
 from typing import Any, NamedTuple
 import warnings
 
-from billiard_shot.entries import LAYERS
-
 DESCRIPTION = 'description.json'
 LIBRARY = f'{platform.system()}-{platform.machine()}'.lower()  # its name, without a suffix
 _HERE = Path(__file__).parent
 PACKAGED = _HERE / 'library'  # in a wheel
+# Folders of the sources that the library depends on.
+LAYERS = ('numerics', 'impact', 'scene', 'table', 'shot', 'planning', 'compiler')
 
 
 class Library(NamedTuple):
@@ -73,13 +73,13 @@ def library() -> Library | None:
 
 def library_at(path: Path) -> Library:
     """Load a library; raise as `description_of`, or OSError if it is of another system."""
-    from billiard_shot.records import layout_of  # with NumPy, which builds of the package lack
+    from billiard_shot.records import record_layout  # with NumPy, which builds of the package lack
 
     description = description_of(path)
     for name, layout in description['records'].items():
         module, _, record = name.partition(':')
         # The others are laid out by the same rules; to import them takes longer than all the rest.
-        if module in sys.modules and layout_of(getattr(sys.modules[module], record)) != layout:
+        if module in sys.modules and record_layout(getattr(sys.modules[module], record)) != layout:
             raise ValueError(f'{path} has another layout of {record}')
     return Library(ctypes.CDLL(str(path)), description)
 
@@ -126,7 +126,7 @@ def built() -> Path:
 def sources() -> str:
     """Digest of all sources that the library depends on; not of this file."""
     files = [path for path in _HERE.glob('*.py') if path.name != Path(__file__).name]
-    for layer in (*LAYERS, 'compiler'):
+    for layer in LAYERS:
         files += (_HERE / layer).rglob('*.py')
     digest = hashlib.sha256()
     for path in sorted(files):

@@ -58,7 +58,7 @@ def record(cls: type[R]) -> type[R]:
     return slotted
 
 
-def layout_of(kind: type) -> dict[str, Any]:
+def record_layout(kind: type) -> dict[str, Any]:
     """Describe the bytes of a record: its size, and name, offset, kind and shape of each field."""
     dtype: np.dtype[np.void] = kind.dtype  # type: ignore[attr-defined]
     fields = []
@@ -68,14 +68,14 @@ def layout_of(kind: type) -> dict[str, Any]:
             {
                 'name': name,
                 'offset': offset,
-                'kind': kind_of(field.base),
+                'kind': storage_kind(field.base),
                 'shape': list(field.shape),
             }
         )
     return {'size': dtype.itemsize, 'fields': fields}
 
 
-def kind_of(dtype: np.dtype[Any]) -> str:
+def storage_kind(dtype: np.dtype[Any]) -> str:
     """Name the kind of a number: f8, i8 or b1."""
     return f'{dtype.kind}{dtype.itemsize}'
 

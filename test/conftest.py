@@ -32,7 +32,7 @@ def pytest_sessionstart() -> None:
             provide()
         except ModuleNotFoundError as error:
             warnings.warn(f'no library is built: {error.name} is not installed', stacklevel=1)
-    compiled.table_of = _checked_table_of
+    compiled.argument_table = _checked_table_of
 
 
 def _checked_table_of(arguments: list[dict[str, Any]], kept: int) -> Callable[..., bytes]:
@@ -47,7 +47,7 @@ def _checked_table_of(arguments: list[dict[str, Any]], kept: int) -> Callable[..
     return checked
 
 
-_table_of = compiled.table_of
+_table_of = compiled.argument_table
 NUMBERS = {'f8': float, 'i8': (int, np.int64), 'b1': (bool, np.bool_)}
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from billiard_shot import machine_code, predict_within_noise, Scene
-from billiard_shot.compiled import Run, table_of
+from billiard_shot.compiled import argument_table, Run
 from billiard_shot.records import ROWS
 from billiard_shot.table.run.play_tables import play_tables
 
@@ -18,7 +18,7 @@ def test_a_table_has_the_arguments_of_its_call_whatever_was_called_before():
     description = machine_code.library().description
     arguments = description['entries']['play_tables']['arguments']
     assert 0 < play_tables.kept < len(arguments)
-    table = table_of(arguments, play_tables.kept)
+    table = argument_table(arguments, play_tables.kept)
     one, other = play_tables.example(ROWS), play_tables.example(ROWS)
     mixed = *one[:-1], other[-1]
     first, second, third = (table(*args) for args in (one, other, mixed))

@@ -24,7 +24,7 @@ from billiard_shot import (
     TableStates,
 )
 from billiard_shot.compiler import build, tools
-from billiard_shot.entries import ENTRIES
+from billiard_shot.compiler.build import ENTRIES
 
 ROOT = Path(__file__).resolve().parents[1]
 

@@ -17,27 +17,27 @@ from billiard_shot.calibration.fit import (
     at_bounds,
     decided,
     deviations_of,
-    Fit,
     fit,
+    FitProblem,
     followed,
     Interval,
+    JointFit,
     Launch,
-    Mapped,
-    Problem,
+    MapFunction,
     scales_after,
     searched,
-    Sought,
     sought_in,
+    Unknown,
 )
 from billiard_shot.calibration.launch import (
+    calibration_model,
+    CalibrationModel,
     FIRST_SCALES,
     launch_of,
-    Model,
-    model_of,
     prior_of,
 )
 from billiard_shot.calibration.recording import Floats, Recording
-from billiard_shot.calibration.result import Calibration, Check, check
+from billiard_shot.calibration.result import Calibration, Check, searched_check
 from billiard_shot.calibration.samples import (
     check_enough,
     read_recordings,
@@ -168,14 +168,14 @@ def calibrate(
     tested, used = ([usable[k] for k in sorted(part)] for part in (order[:count], order[count:]))
     hint = '; --held-out 0 (held_out=0) holds none out' if count else ''
     check_enough(len(used), LEAST_SHOTS, 'usable shots beside those held out', ignored, hint)
-    mapped: Mapped = map if executor is None else executor.map
+    mapped: MapFunction = map if executor is None else executor.map
     stages = len(horizons) + ROUNDS
     work = _Work(mapped, progress, stages * len(used) + 2 * len(tested))
     content = [(each.name, len(each.place)) for each in usable]
     saved = Checkpoint(checkpoint, (scene.to_dict(), sought, horizons, share, seed, content))
-    model = model_of(scene, read)
+    model = calibration_model(scene, read)
     launches = [Launch(each, _first_launch(each, model)) for each in used]
-    begin = Problem(model, sought, horizons[0], work.ticking)
+    begin = FitProblem(model, sought, horizons[0], work.ticking)
     problem, found, doubts = _fitted(begin, launches, horizons, seed, work, saved)
     work.reach(stages * len(used))
     problem, found, intervals = decided(problem, found, STEPS, work.say_error)
@@ -213,7 +213,7 @@ def _named_scene(recordings: Sequence[Recording]) -> Scene:
     )
 
 
-def _first_launch(samples: Samples, model: Model) -> Floats:
+def _first_launch(samples: Samples, model: CalibrationModel) -> Floats:
     """Return a likely launch: that of the stroke, if it is known."""
     if samples.shot.stroke is None or samples.command is not None:
         return prior_of(samples)[0]
@@ -230,13 +230,13 @@ def _horizons(last: float) -> list[float]:
 
 
 def _fitted(
-    problem: Problem,
+    problem: FitProblem,
     launches: Sequence[Launch],
     horizons: Sequence[float],
     seed: int,
     work: '_Work',
     saved: 'Checkpoint',
-) -> tuple[Problem, Fit, list[str]]:
+) -> tuple[FitProblem, JointFit, list[str]]:
     """
     Fit with all horizons in turn, with the last one until the numbers stay.
 
@@ -246,7 +246,7 @@ def _fitted(
     state = saved.read(launches)
     if state is None:
         start = np.clip(problem.start, *problem.bounds)
-        state = State(0, start, FIRST_SCALES, tuple(launches))
+        state = CheckpointState(0, start, FIRST_SCALES, tuple(launches))
     last, stages = len(horizons) - 1, len(horizons) + ROUNDS
     for stage in range(state.stages, stages):
         again = stage > last
@@ -280,14 +280,14 @@ def _fitted(
             for each in found_now
             if not np.array_equal(each.numbers, known[_key(each)])
         ]
-        state = State(stage + 1, found.values, found.scales, found.launches)
+        state = CheckpointState(stage + 1, found.values, found.scales, found.launches)
         if state.stages < stages:
             saved.write(state, launches)
     shots = f'unsettled: shots {", ".join(elsewhere)}'
     return quiet, found, [shots if elsewhere else 'unsettled: the numbers still move']
 
 
-def _best_of_corners(problem: Problem, found: Fit, seed: int, work: '_Work') -> Fit:
+def _best_of_corners(problem: FitProblem, found: JointFit, seed: int, work: '_Work') -> JointFit:
     """Fit also from corners of the ranges of the numbers: the best fit may be far from a scene."""
     draw, fits = np.random.default_rng((seed, CORNERS)), [found]
     for signs in draw.choice([-0.5, 0.5], (CORNERS, len(problem.sought))):
@@ -301,7 +301,7 @@ def _key(launch: Launch) -> tuple[int, str]:
     return launch.samples.recording, launch.samples.name
 
 
-def unexplained(problem: Problem, found: Fit) -> list[str]:
+def unexplained(problem: FitProblem, found: JointFit) -> list[str]:
     """Name the shots whose beginning is not explained, if these are too many."""
     launches = [replace(each, until=np.inf) for each in found.launches]
     names = []
@@ -317,12 +317,12 @@ def unexplained(problem: Problem, found: Fit) -> list[str]:
 
 
 def _checked(
-    model: Model, tested: Sequence[Samples], seed: int, work: '_Work'
+    model: CalibrationModel, tested: Sequence[Samples], seed: int, work: '_Work'
 ) -> tuple[Check, ...]:
     """Predict shots that were not fitted; leave out those without any launch."""
     work.text = 'shots held out'
     items = [(each, (seed, number)) for number, each in enumerate(tested)]
-    found = work.ticking(partial(check, model, np.inf), items)
+    found = work.ticking(partial(searched_check, model, np.inf), items)
     return tuple(each for each in found if each is not None)
 
 
@@ -361,7 +361,7 @@ def _tracking(shot: Check) -> float:
 
 
 def _estimates(
-    sought: Sequence[Sought], problem: Problem, found: Fit, intervals: Sequence[Interval]
+    sought: Sequence[Unknown], problem: FitProblem, found: JointFit, intervals: Sequence[Interval]
 ) -> tuple[Estimate, ...]:
     """Return the estimates of all numbers, also of those that the shots do not decide."""
     fits = zip(found.values.tolist(), intervals, strict=True)
@@ -386,7 +386,7 @@ class _Work:
     """Does the work of a calibration, and tells how much of it is done."""
 
     def __init__(
-        self, mapped: Mapped, progress: Callable[[Progress], object] | None, total: int
+        self, mapped: MapFunction, progress: Callable[[Progress], object] | None, total: int
     ) -> None:
         self.mapped, self.text = mapped, ''
         self._progress, self._done, self._total = progress, 0, total
@@ -412,7 +412,7 @@ class _Work:
             self._progress(Progress(text, self._done, self._total))
 
 
-class State(NamedTuple):
+class CheckpointState(NamedTuple):
     """After a number of stages: common numbers, scales, and launches."""
 
     stages: int
@@ -437,7 +437,7 @@ class Checkpoint:
         self._path = None if path is None else Path(path)
         self._key = hashlib.sha256(repr(request).encode()).hexdigest()
 
-    def read(self, shots: Sequence[Launch]) -> State | None:
+    def read(self, shots: Sequence[Launch]) -> CheckpointState | None:
         """
         Read the state; None if there is none.
 
@@ -464,9 +464,9 @@ class Checkpoint:
             for number, shot in enumerate(shots)
             if launches[number] is not None
         )
-        return State(stages, np.array(values), np.array(scales), found)
+        return CheckpointState(stages, np.array(values), np.array(scales), found)
 
-    def write(self, state: State, shots: Sequence[Launch]) -> None:
+    def write(self, state: CheckpointState, shots: Sequence[Launch]) -> None:
         """Write a state; `shots` are all shots, of which it may have left out some."""
         if self._path is None:
             return

@@ -26,12 +26,12 @@ from scipy.stats import norm
 from scipy.stats import t as student
 
 from billiard_shot.calibration.launch import (
+    CalibrationModel,
     compare,
     Comparison,
     derivatives_of,
     evaluated,
     EXACT,
-    Model,
     PLACES,
     refined,
     scales_of,
@@ -135,12 +135,12 @@ DECISIVE = 3
 WORSE = 0.03
 """A number that the shots do not decide may raise the cost by this part if it is not fitted."""
 
-Mapped = Callable[[Callable[[Any], Any], Iterable[Any]], Iterator[Any]]
+MapFunction = Callable[[Callable[[Any], Any], Iterable[Any]], Iterator[Any]]
 """What `map` does, and the method `map` of executors: the results of some work on items."""
 
 
 @dataclass(frozen=True, slots=True)
-class Sought:
+class Unknown:
     """
     A number that is sought.
 
@@ -179,7 +179,7 @@ class Sought:
 
 def sought_in(
     scene: Scene, recordings: Sequence[Recording], names: Sequence[str] | None
-) -> tuple[Sought, ...]:
+) -> tuple[Unknown, ...]:
     """
     Return the numbers to seek: those of a scene, and places and angles of the frames.
 
@@ -207,16 +207,16 @@ def sought_in(
             name = f'frame.{field}' if len(recordings) == 1 else f'frame.{field}.{number + 1}'
             unit = 'rad' if field == 'angle' else 'm'
             bounds = start - width, start + width
-            found.append(Sought(name, unit, start, *bounds, width, recording=number))
+            found.append(Unknown(name, unit, start, *bounds, width, recording=number))
     return tuple(found)
 
 
-def _of_scene(parameter: Parameter) -> Sought:
+def _of_scene(parameter: Parameter) -> Unknown:
     width = WIDTHS.get(parameter.name, UNPUBLISHED * abs(parameter.value))
     if parameter.published is not None and parameter.name not in WIDTHS:
         width = parameter.published[1] - parameter.published[0]
     power = 2.0 if parameter.name in SQUARED else 1.0
-    return Sought(
+    return Unknown(
         parameter.name,
         parameter.unit,
         parameter.value**power,
@@ -228,15 +228,15 @@ def _of_scene(parameter: Parameter) -> Sought:
     )
 
 
-class Problem(NamedTuple):
+class FitProblem(NamedTuple):
     """The numbers to fit, the horizon until which samples count [s], and a map for the work."""
 
-    model: Model
-    sought: tuple[Sought, ...]
+    model: CalibrationModel
+    sought: tuple[Unknown, ...]
     horizon: float
-    mapped: Mapped
+    mapped: MapFunction
 
-    def model_at(self, values: Floats) -> Model:
+    def model_at(self, values: Floats) -> CalibrationModel:
         """Return the model with these numbers."""
         own = [k for k, each in enumerate(self.sought) if each.recording < 0]
         scene = self.model.scene.with_parameters(
@@ -248,7 +248,7 @@ class Problem(NamedTuple):
             if each.recording >= 0:
                 field = each.name.split('.')[1]
                 frames[each.recording] = replace(frames[each.recording], **{field: value})
-        return Model(scene, tuple(frames))
+        return CalibrationModel(scene, tuple(frames))
 
     @property
     def start(self) -> Floats:
@@ -317,7 +317,7 @@ class Reduced(NamedTuple):
     follow: Floats
 
 
-class Followed(NamedTuple):
+class LaunchFit(NamedTuple):
     """A launch that follows the common numbers, its cost, and errors [m] of samples at times."""
 
     launch: Launch
@@ -327,7 +327,7 @@ class Followed(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Fit:
+class JointFit:
     """
     Common numbers and launches that fit together.
 
@@ -355,9 +355,9 @@ class Fit:
     ahead: float = np.inf
 
 
-def search(
-    model: Model,
-    stepped: Sequence[Model],
+def search_fit(
+    model: CalibrationModel,
+    stepped: Sequence[CalibrationModel],
     scales: Floats,
     horizon: float,
     item: tuple[Launch, Sequence[int]],
@@ -384,7 +384,9 @@ def search(
     return replace(launch, until=np.minimum(launch.until, even_until(model, stepped, launch)))
 
 
-def even_until(model: Model, stepped: Sequence[Model], launch: Launch) -> Floats:
+def even_until(
+    model: CalibrationModel, stepped: Sequence[CalibrationModel], launch: Launch
+) -> Floats:
     """Return until when each path (balls,) can be predicted [s]; models are stepped in pairs."""
     samples, numbers = launch.samples, launch.numbers[np.newaxis]
     steps = steps_of(samples)
@@ -408,18 +410,20 @@ def even_until(model: Model, stepped: Sequence[Model], launch: Launch) -> Floats
     return until
 
 
-def follow(model: Model, scales: Floats, horizon: float, launch: Launch) -> Followed:
+def follow_launch(
+    model: CalibrationModel, scales: Floats, horizon: float, launch: Launch
+) -> LaunchFit:
     """Improve the launch of a shot for other common numbers."""
     compared = launch.compared(scales, horizon)
     best = refined(model, compared, launch.numbers[np.newaxis], LAUNCH_STEPS, EXACT)
     errors = np.linalg.norm(best.places[0] - compared.samples.place, axis=-1)
     moved = replace(launch, numbers=best.launches[0])
-    return Followed(moved, float(best.costs[0]), compared.samples.time, errors)
+    return LaunchFit(moved, float(best.costs[0]), compared.samples.time, errors)
 
 
 def reduce_equations(
-    model: Model,
-    stepped: Sequence[Model],
+    model: CalibrationModel,
+    stepped: Sequence[CalibrationModel],
     steps: Floats,
     scales: Floats,
     horizon: float,
@@ -454,7 +458,7 @@ def _without_launch(
 
 
 def searched(
-    problem: Problem,
+    problem: FitProblem,
     values: Floats,
     launches: Sequence[Launch],
     scales: Floats,
@@ -464,13 +468,13 @@ def searched(
     """Search all launches, but of shots without any; if `cut`, paths count until they bend."""
     steps = 0.5 * STEP * np.diag(problem.widths) if cut else ()  # within the bounds
     stepped = [problem.model_at(values + by) for step in steps for by in (step, -step)]
-    work = partial(search, problem.model_at(values), stepped, scales, problem.horizon)
+    work = partial(search_fit, problem.model_at(values), stepped, scales, problem.horizon)
     items = [(each, (*seed, number)) for number, each in enumerate(launches)]
     return tuple(each for each in problem.mapped(work, items) if each is not None)
 
 
 def scales_after(
-    problem: Problem, values: Floats, launches: Sequence[Launch], scales: Floats
+    problem: FitProblem, values: Floats, launches: Sequence[Launch], scales: Floats
 ) -> Floats:
     """Return the scales of the errors that launches have which were found with other scales."""
     found, _ = followed(problem, values, launches, scales)
@@ -481,19 +485,19 @@ def scales_after(
 
 
 def fit(
-    problem: Problem,
+    problem: FitProblem,
     values: Floats,
     launches: Sequence[Launch],
     scales: Floats,
     steps: int,
     report: Callable[[float], object] = lambda _: None,
-) -> Fit:
+) -> JointFit:
     """
     Lower the cost of all shots.
 
     Parameters
     ----------
-    problem : Problem
+    problem : FitProblem
     values : (common,) float array
         Where the fit begins.
     launches : sequence of Launch
@@ -511,7 +515,7 @@ def fit(
     for step in range(steps + 1):
         report(float(np.median(np.concatenate([each.errors for each in found]))))
         reduced = _reduced(problem, values, [each.launch for each in found], scales)
-        reached = Fit(
+        reached = JointFit(
             values,
             tuple(each.launch for each in found),
             scales,
@@ -543,16 +547,16 @@ def fit(
 
 
 def followed(
-    problem: Problem, values: Floats, launches: Sequence[Launch], scales: Floats
-) -> tuple[list[Followed], float]:
+    problem: FitProblem, values: Floats, launches: Sequence[Launch], scales: Floats
+) -> tuple[list[LaunchFit], float]:
     """Let all launches follow the common numbers; return them and the cost of all."""
-    work = partial(follow, problem.model_at(values), scales, problem.horizon)
+    work = partial(follow_launch, problem.model_at(values), scales, problem.horizon)
     found, away = list(problem.mapped(work, launches)), values - problem.start
     return found, sum(each.cost for each in found) + float(away @ problem.precision @ away)
 
 
 def _reduced(
-    problem: Problem, values: Floats, launches: Sequence[Launch], scales: Floats
+    problem: FitProblem, values: Floats, launches: Sequence[Launch], scales: Floats
 ) -> list[Reduced]:
     """Return the normal equations of all shots."""
     steps = STEP * problem.widths
@@ -563,7 +567,7 @@ def _reduced(
 
 
 def _move(
-    problem: Problem, values: Floats, matrix: Floats, gradient: Floats, damping: float
+    problem: FitProblem, values: Floats, matrix: Floats, gradient: Floats, damping: float
 ) -> Floats:
     """Return the damped step from values, within their bounds."""
     if not len(values):
@@ -577,7 +581,7 @@ def _move(
     return move
 
 
-def deviations_of(problem: Problem, found: Fit) -> Floats:
+def deviations_of(problem: FitProblem, found: JointFit) -> Floats:
     """
     Return the standard deviations of the common numbers, from how the shots differ.
 
@@ -619,7 +623,7 @@ def jackknife(matrices: Floats, gradients: Floats, prior: Floats, away: Floats) 
     return variances
 
 
-def intervals_of(problem: Problem, found: Fit) -> list[Interval]:
+def intervals_of(problem: FitProblem, found: JointFit) -> list[Interval]:
     """Return the intervals of the common numbers."""
     away = found.values - problem.start
     variances = jackknife(found.curvatures, found.gradients, problem.precision, away)
@@ -640,7 +644,7 @@ def intervals_of(problem: Problem, found: Fit) -> list[Interval]:
     ]
 
 
-def undecided(problem: Problem, found: Fit, intervals: list[Interval]) -> list[int]:
+def undecided(problem: FitProblem, found: JointFit, intervals: list[Interval]) -> list[int]:
     """
     Return the numbers that the shots may not decide, the least decided one first.
 
@@ -660,8 +664,8 @@ def undecided(problem: Problem, found: Fit, intervals: list[Interval]) -> list[i
 
 
 def decided(
-    problem: Problem, found: Fit, steps: int, report: Callable[[float], object]
-) -> tuple[Problem, Fit, list[Interval]]:
+    problem: FitProblem, found: JointFit, steps: int, report: Callable[[float], object]
+) -> tuple[FitProblem, JointFit, list[Interval]]:
     """
     Let the numbers go, one after the other, that the shots do not decide; fit the others.
 
@@ -683,7 +687,7 @@ def decided(
     return problem, found, intervals
 
 
-def at_bounds(problem: Problem, found: Fit) -> NDArray[np.bool_]:
+def at_bounds(problem: FitProblem, found: JointFit) -> NDArray[np.bool_]:
     """Tell which numbers a fit left at one of their bounds."""
     low, high = problem.bounds
     room = STEP * problem.widths

@@ -28,7 +28,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.calibration.recording import Command, Floats, Frame, Recording
+from billiard_shot.calibration.recording import CommandedStroke, Floats, Frame, Recording
 from billiard_shot.calibration.samples import Samples
 from billiard_shot.planning.within_noise import strike_alone
 from billiard_shot.scene import Scene
@@ -101,7 +101,7 @@ ENOUGH, EXACT = 1e-3, 1e-7
 
 
 @dataclass(frozen=True, slots=True)
-class Model:
+class CalibrationModel:
     """A scene without balls, and the frames of the recordings."""
 
     scene: Scene
@@ -112,9 +112,9 @@ class Model:
         return self.frames[samples.recording]
 
 
-def model_of(scene: Scene, recordings: Sequence[Recording]) -> Model:
+def calibration_model(scene: Scene, recordings: Sequence[Recording]) -> CalibrationModel:
     """Return the model with which a calibration begins."""
-    return Model(replace(scene, balls={}), tuple(each.frame for each in recordings))
+    return CalibrationModel(replace(scene, balls={}), tuple(each.frame for each in recordings))
 
 
 def prior_of(samples: Samples) -> tuple[Floats, Floats]:
@@ -145,7 +145,7 @@ def steps_of(samples: Samples) -> Floats:
     return steps
 
 
-def launch_of(model: Model, samples: Samples, stroke: Stroke) -> Floats:
+def launch_of(model: CalibrationModel, samples: Samples, stroke: Stroke) -> Floats:
     """Return the numbers of the launch that a scene predicts for a stroke."""
     frame = model.frame(samples)
     x, y = frame.to_table(samples.rest[0]).tolist()
@@ -162,7 +162,7 @@ def launch_of(model: Model, samples: Samples, stroke: Stroke) -> Floats:
     return launch
 
 
-def states_of(model: Model, samples: Samples, launches: Floats) -> TableStates:
+def states_of(model: CalibrationModel, samples: Samples, launches: Floats) -> TableStates:
     """Return the states of the balls after the strikes of (n, numbers) launches."""
     scene, frame = model.scene, model.frame(samples)
     radius, count = scene.ball.radius, len(samples.balls)
@@ -183,12 +183,12 @@ def states_of(model: Model, samples: Samples, launches: Floats) -> TableStates:
     return TableStates(samples.balls, position, velocity / frame.scale, spin / frame.scale)
 
 
-def sigmas_of(command: Command, radius: float) -> Floats:
+def sigmas_of(command: CommandedStroke, radius: float) -> Floats:
     """Return the deviations (5,) of a commanded stroke (ball radii, rad, m/s)."""
     return np.hypot(command.noise.sigmas(radius), LEAST_ERRORS)
 
 
-def _strike(scene: Scene, command: Command, errors: Floats) -> tuple[Floats, Floats]:
+def _strike(scene: Scene, command: CommandedStroke, errors: Floats) -> tuple[Floats, Floats]:
     """
     Strike the ball with errors (n, 5) of a commanded stroke, in standard deviations.
 
@@ -210,7 +210,7 @@ def _strike(scene: Scene, command: Command, errors: Floats) -> tuple[Floats, Flo
     return played.velocity[which], played.surface[which] / radius
 
 
-def ways_of(model: Model, samples: Samples, launches: Floats) -> Floats:
+def ways_of(model: CalibrationModel, samples: Samples, launches: Floats) -> Floats:
     """
     Return where the samples of a shot would lie after (n, numbers) launches.
 
@@ -234,7 +234,7 @@ def ways_of(model: Model, samples: Samples, launches: Floats) -> Floats:
     return places
 
 
-def contacts_of(model: Model, samples: Samples, launch: Floats) -> Floats:
+def contacts_of(model: CalibrationModel, samples: Samples, launch: Floats) -> Floats:
     """Return the times [s] at which balls meet balls and cushions after a launch (numbers,)."""
     states = states_of(model, samples, launch[np.newaxis])
     balls = {
@@ -363,7 +363,9 @@ class Fitted(NamedTuple):
         return Fitted(*(each[which] for each in self))
 
 
-def derivatives_of(model: Model, compared: Comparison, fitted: Fitted) -> tuple[Floats, Floats]:
+def derivatives_of(
+    model: CalibrationModel, compared: Comparison, fitted: Fitted
+) -> tuple[Floats, Floats]:
     """
     Return the errors (n, samples, 2) of launches, and their derivatives (n, numbers, 2 samples).
 
@@ -380,7 +382,9 @@ def derivatives_of(model: Model, compared: Comparison, fitted: Fitted) -> tuple[
     return errors, slopes.reshape(n, numbers, -1)
 
 
-def normal_equations(model: Model, compared: Comparison, fitted: Fitted) -> tuple[Floats, Floats]:
+def normal_equations(
+    model: CalibrationModel, compared: Comparison, fitted: Fitted
+) -> tuple[Floats, Floats]:
     """Return the matrices (n, numbers, numbers) and gradients (n, numbers) of launches."""
     errors, slopes = derivatives_of(model, compared, fitted)
     weighted = slopes * compared.weights(errors)[:, np.newaxis]
@@ -389,14 +393,14 @@ def normal_equations(model: Model, compared: Comparison, fitted: Fitted) -> tupl
     return matrix, gradient + (fitted.launches - compared.mean) @ compared.precision
 
 
-def evaluated(model: Model, compared: Comparison, launches: Floats) -> Fitted:
+def evaluated(model: CalibrationModel, compared: Comparison, launches: Floats) -> Fitted:
     """Simulate launches (n, numbers), and compare."""
     places = ways_of(model, compared.samples, launches)
     return Fitted(launches, compared.costs(launches, places), places)
 
 
 def refined(
-    model: Model,
+    model: CalibrationModel,
     compared: Comparison,
     launches: Floats,
     steps: int,

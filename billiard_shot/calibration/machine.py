@@ -25,11 +25,11 @@ from scipy.stats import t as student
 from billiard_shot.calibration.estimate import Estimate, scene_text, yaml_text
 from billiard_shot.calibration.fit import even_until, jackknife, Launch, LEVEL
 from billiard_shot.calibration.launch import (
+    calibration_model,
+    CalibrationModel,
     compare,
     evaluated,
     FIRST_SCALES,
-    Model,
-    model_of,
     normal_equations,
     PLACES,
     prior_of,
@@ -39,7 +39,7 @@ from billiard_shot.calibration.launch import (
     ways_of,
 )
 from billiard_shot.calibration.player import estimates_of, with_noise
-from billiard_shot.calibration.recording import Command, Floats
+from billiard_shot.calibration.recording import CommandedStroke, Floats
 from billiard_shot.calibration.samples import (
     check_enough,
     read_recordings,
@@ -176,19 +176,24 @@ class Strike(NamedTuple):
 
 def _commanded(samples: Samples, stroke: Floats, noise: Noise) -> Samples:
     """Return a strike as if a stroke (5,) had been commanded."""
-    command = Command(tuple(stroke.tolist()), False, noise)
+    command = CommandedStroke(tuple(stroke.tolist()), False, noise)
     return replace(samples, command=command).until(HORIZONS[-1])
 
 
 def _searched(
-    model: Model, strike: Strike, likely: Floats, width: float, scales: Floats, sigma: float
+    model: CalibrationModel,
+    strike: Strike,
+    likely: Floats,
+    width: float,
+    scales: Floats,
+    sigma: float,
 ) -> tuple[Strike, Floats]:
     """
     Fit the stroke of a strike to its tracks.
 
     Parameters
     ----------
-    model : Model
+    model : CalibrationModel
     strike : Strike
     likely : (5,) float array
         Around which the stroke is sought.
@@ -276,7 +281,7 @@ class Common(NamedTuple):
         return {name: float(self.reach[self.names.index(name)]) for name in wide}
 
 
-def decided(scene: Scene, strikes: Sequence[Strike]) -> Common:
+def decided_pose(scene: Scene, strikes: Sequence[Strike]) -> Common:
     """Let the numbers go, one after the other, that strikes do not decide; fit the others."""
     found = common_numbers(scene, strikes, tuple(NUMBERS))
     while optional := [name for name in found.undecided if name not in NEEDED]:
@@ -302,7 +307,7 @@ def agreeing(scene: Scene, strikes: Sequence[Strike], least: int) -> tuple[list[
     """Leave out strikes, one after the other, that do not fit the others; keep at least some."""
     kept = list(strikes)
     while True:
-        found = decided(scene, kept)
+        found = decided_pose(scene, kept)
         distances = [_distance(scene, found, each) for each in kept]
         worst = int(np.argmax(distances))
         if distances[worst] < chi2.ppf(LIKELY, 5) or len(kept) <= least:
@@ -452,7 +457,7 @@ def calibrate_machine(
     """
     read = read_recordings(recordings)
     usable, ignored, tracking = usable_shots(scene, read)
-    model, nothing = model_of(scene, read), np.zeros((PLACES, PLACES))
+    model, nothing = calibration_model(scene, read), np.zeros((PLACES, PLACES))
     recorded = [
         Strike(each, model.frame(each).to_table(each.rest[0]), nothing, nothing[0], measured)
         for each in usable
@@ -541,7 +546,9 @@ def check_conventions(velocities: Floats, strokes: Sequence[Stroke]) -> None:
         )
 
 
-def _median_error(model: Model, alignment: Alignment, strikes: Sequence[Strike]) -> float:
+def _median_error(
+    model: CalibrationModel, alignment: Alignment, strikes: Sequence[Strike]
+) -> float:
     """Return the median, over strikes, of the median error of an alignment [m]."""
     medians = []
     for each in strikes:

@@ -29,11 +29,11 @@ from scipy.stats import t as student
 from billiard_shot.calibration.estimate import Estimate, scene_text
 from billiard_shot.calibration.fit import LEVEL
 from billiard_shot.calibration.launch import (
+    calibration_model,
+    CalibrationModel,
     contacts_of,
     DIRECTION,
     FIRST_SCALES,
-    Model,
-    model_of,
     states_of,
 )
 from billiard_shot.calibration.recording import Floats, Recording
@@ -231,7 +231,7 @@ def scale_of_errors(scene: Scene, recordings: Recordings, seed: int = 1) -> Play
     """
     read = [_of_the_cue_ball(each) for each in read_recordings(recordings)]
     usable, ignored, tracking = usable_shots(scene, read)
-    model = replace(model_of(scene, read), scene=scene)
+    model = replace(calibration_model(scene, read), scene=scene)
     tried = [
         found
         for number, each in enumerate(usable)
@@ -276,7 +276,7 @@ def most_likely_scale(tried: Sequence[Tried]) -> tuple[float, tuple[float, float
     return float(SCALES[profile.argmax()]), (low, high)
 
 
-def _tried(model: Model, samples: Samples, seed: Sequence[int]) -> Tried | None:
+def _tried(model: CalibrationModel, samples: Samples, seed: Sequence[int]) -> Tried | None:
     """Compare a shot with the direct shots of its layout; None if that is impossible."""
     scene = model.scene
     went = _way(model, samples, np.random.default_rng(seed))
@@ -308,7 +308,7 @@ def _tried(model: Model, samples: Samples, seed: Sequence[int]) -> Tried | None:
 
 
 def _way(
-    model: Model, samples: Samples, draw: np.random.Generator
+    model: CalibrationModel, samples: Samples, draw: np.random.Generator
 ) -> tuple[float, dict[str, Floats]] | None:
     """
     Return in which direction the struck ball went until it met something [rad].

@@ -71,7 +71,7 @@ REST_PERIOD = 0.1
 """Time between samples that stand for a ball at rest [s]."""
 
 
-class Column(NamedTuple):
+class CsvColumn(NamedTuple):
     """A column of a table: bounds and unit of its numbers, and whether a cell may be empty."""
 
     low: float
@@ -82,26 +82,26 @@ class Column(NamedTuple):
 
 NAMES = 'shot', 'ball'
 SIGHTS = {
-    'time': Column(-1e7, 1e7, 's'),
-    'x': Column(-10.0, 10.0, 'm', optional=True),
-    'y': Column(-10.0, 10.0, 'm', optional=True),
-    'sigma': Column(1e-6, 0.1, 'm', optional=True),
-    'z': Column(-1.0, 10.0, 'm', optional=True),
+    'time': CsvColumn(-1e7, 1e7, 's'),
+    'x': CsvColumn(-10.0, 10.0, 'm', optional=True),
+    'y': CsvColumn(-10.0, 10.0, 'm', optional=True),
+    'sigma': CsvColumn(1e-6, 0.1, 'm', optional=True),
+    'z': CsvColumn(-1.0, 10.0, 'm', optional=True),
 }
 NEEDED = 'shot', 'time', 'ball', 'x', 'y'
 WRITTEN = *NEEDED, 'sigma'
 
 MEASURED = 'measured_'
 RANGES = {
-    'a': Column(-1.0, 1.0, 'ball radii'),
-    'b': Column(-1.0, 1.0, 'ball radii'),
-    'elevation_deg': Column(-90.0, 90.0, 'degrees'),
-    'azimuth_deg': Column(-360.0, 360.0, 'degrees'),
-    'speed': Column(0.0, 50.0, 'm/s'),
+    'a': CsvColumn(-1.0, 1.0, 'ball radii'),
+    'b': CsvColumn(-1.0, 1.0, 'ball radii'),
+    'elevation_deg': CsvColumn(-90.0, 90.0, 'degrees'),
+    'azimuth_deg': CsvColumn(-360.0, 360.0, 'degrees'),
+    'speed': CsvColumn(0.0, 50.0, 'm/s'),
 }
 
 
-class Table(NamedTuple):
+class CsvTable(NamedTuple):
     """Columns of a file: names (n,), and numbers (n,), NaN where a cell is empty."""
 
     names: Mapping[str, list[str]]
@@ -109,8 +109,11 @@ class Table(NamedTuple):
 
 
 def read_table(
-    path: Path, names: tuple[str, ...], columns: Mapping[str, Column], needed: tuple[str, ...] = ()
-) -> Table:
+    path: Path,
+    names: tuple[str, ...],
+    columns: Mapping[str, CsvColumn],
+    needed: tuple[str, ...] = (),
+) -> CsvTable:
     """
     Read a file in CSV.
 
@@ -119,7 +122,7 @@ def read_table(
     path : Path
     names : tuple of str
         Columns of names.
-    columns : mapping of str to Column
+    columns : mapping of str to CsvColumn
         Columns of numbers.
     needed : tuple of str
         Columns that the header must have.
@@ -173,7 +176,7 @@ def read_table(
         mistakes.sort(key=lambda mistake: mistake.line or 0)
         raise InputError(mistakes[: MOST_MISTAKES + 1], str(path))
     kept = {name: [cell.strip() for cell in cells.get(name, ())] for name in names}
-    return Table(kept, {name: found[name] for name in columns if name in header})
+    return CsvTable(kept, {name: found[name] for name in columns if name in header})
 
 
 def _check_size(path: Path) -> None:
@@ -209,7 +212,7 @@ def _number(text: str) -> float:
         return math.inf if text.strip() else math.nan
 
 
-def _check_unit(path: Path, found: Mapping[str, Floats], columns: Mapping[str, Column]) -> None:
+def _check_unit(path: Path, found: Mapping[str, Floats], columns: Mapping[str, CsvColumn]) -> None:
     """Raise ValueError if the places of the whole file are in another unit."""
     if 'x' not in columns:
         return

@@ -92,7 +92,7 @@ class Track:
         return Track(self.time[which], self.place[which], self.sigma[which])
 
 
-class Command(NamedTuple):
+class CommandedStroke(NamedTuple):
     """A stroke as it was commanded, see `Stroke.offsets`, and the errors of its execution."""
 
     offsets: tuple[float, ...]
@@ -130,11 +130,11 @@ class RecordedShot:
     start: float | None = None
 
     @property
-    def command(self) -> Command | None:
+    def command(self) -> CommandedStroke | None:
         """What tells the launch, if anything does."""
         if self.stroke is None or self.noise is None:
             return None
-        return Command(self.stroke.offsets, self.stroke.axis, self.noise)
+        return CommandedStroke(self.stroke.offsets, self.stroke.axis, self.noise)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

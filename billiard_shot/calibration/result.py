@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from billiard_shot.calibration.estimate import Estimate, scene_text
-from billiard_shot.calibration.launch import contacts_of, FIRST_SCALES, Model, ways_of
+from billiard_shot.calibration.launch import CalibrationModel, contacts_of, FIRST_SCALES, ways_of
 from billiard_shot.calibration.recording import Floats, Frame, RecordedShot
 from billiard_shot.calibration.samples import FIT_PERIOD, Samples, samples_of
 from billiard_shot.calibration.search import middle_launch, search_launches, SHORT
@@ -59,7 +59,9 @@ class Check:
         return float(np.sqrt(share @ self.errors[inside] ** 2 / share.sum()))
 
 
-def check(model: Model, seen: float, item: tuple[Samples, Sequence[int]]) -> Check | None:
+def searched_check(
+    model: CalibrationModel, seen: float, item: tuple[Samples, Sequence[int]]
+) -> Check | None:
     """
     Predict a shot after its best launch; None if no launch can be simulated.
 
@@ -68,10 +70,10 @@ def check(model: Model, seen: float, item: tuple[Samples, Sequence[int]]) -> Che
     samples, seed = item
     draw = np.random.default_rng(seed)
     found = search_launches(model, samples, FIRST_SCALES, seen, draw)
-    return checked(model, samples, found.launches[0]) if len(found.costs) else None
+    return check_of(model, samples, found.launches[0]) if len(found.costs) else None
 
 
-def checked(model: Model, samples: Samples, launch: Floats) -> Check:
+def check_of(model: CalibrationModel, samples: Samples, launch: Floats) -> Check:
     """Compare all that was recorded of a shot with the path of a launch (numbers,)."""
     samples = samples_of(samples.shot, model.frame(samples).rate, 0.0, samples.recording)
     places = ways_of(model, samples, launch[np.newaxis])[0]
@@ -85,7 +87,7 @@ def quantiles(checks: Sequence[Check]) -> Floats:
     return found
 
 
-def in_words(checks: Sequence[Check]) -> str:
+def checks_in_words(checks: Sequence[Check]) -> str:
     """Say how large the errors of whole shots are."""
     low, median, high = (100.0 * quantiles(checks)[-1]).tolist()
     return f'median {median:.1f} cm (10 %: {low:.1f}, 90 %: {high:.1f})'
@@ -176,16 +178,16 @@ class Calibration:
             If the shot cannot be used, or no launch of it can be simulated.
 
         """
-        model = Model(self.scene, self.frames)
+        model = CalibrationModel(self.scene, self.frames)
         short = seen < SHORT and shot.command is None and len(self.spins) > 0
         period = 0.0 if short else FIT_PERIOD  # of few samples, all count
         samples = samples_of(shot, self.frames[recording].rate, period, recording)
         if short:
             draw = np.random.default_rng(seed)
             launch = middle_launch(model, samples, seen, self.spins, draw)
-            found = None if launch is None else checked(model, samples, launch)
+            found = None if launch is None else check_of(model, samples, launch)
         else:
-            found = check(model, seen, (samples, (seed,)))
+            found = searched_check(model, seen, (samples, (seed,)))
         if found is None:
             raise ValueError(f'shot {shot.name!r}: no launch can be simulated')
         return found

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from billiard_shot.calibration.reader import read_recording
 from billiard_shot.calibration.recording import (
-    Command,
+    CommandedStroke,
     Floats,
     RecordedShot,
     Recording,
@@ -82,7 +82,7 @@ class Samples:
         Of the struck ball, estimated from its first samples [m/s].
     left_out : tuple of str
         Samples that are errors of the tracker.
-    command : Command, optional
+    command : CommandedStroke, optional
         What tells the launch.
 
     """
@@ -102,7 +102,7 @@ class Samples:
     rest_sigma: Floats
     velocity: Floats
     left_out: tuple[str, ...] = ()
-    command: Command | None = None
+    command: CommandedStroke | None = None
 
     @property
     def name(self) -> str:

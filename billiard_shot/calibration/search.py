@@ -20,6 +20,7 @@ from dataclasses import replace
 import numpy as np
 
 from billiard_shot.calibration.launch import (
+    CalibrationModel,
     compare,
     Comparison,
     DIRECTION,
@@ -28,7 +29,6 @@ from billiard_shot.calibration.launch import (
     FOLLOW,
     KNOTS,
     MASSE,
-    Model,
     normal_equations,
     PLACES,
     refined,
@@ -92,7 +92,7 @@ def horizons(last: float) -> Iterator[float]:
 
 
 def search_launches(
-    model: Model,
+    model: CalibrationModel,
     samples: Samples,
     scales: Floats,
     horizon: float,
@@ -104,7 +104,7 @@ def search_launches(
 
     Parameters
     ----------
-    model : Model
+    model : CalibrationModel
     samples : Samples
     scales : (knots,) float array
         Of errors [m], see `compare`.
@@ -148,7 +148,7 @@ def _starts(compared: Comparison, draw: np.random.Generator) -> Floats:
 
 
 def _drawn_around(
-    model: Model, compared: Comparison, best: Fitted, draw: np.random.Generator
+    model: CalibrationModel, compared: Comparison, best: Fitted, draw: np.random.Generator
 ) -> Floats:
     """Return the best launches and others around them, more around better ones."""
     if not len(best.costs):
@@ -186,7 +186,7 @@ def spins_of(launches: Sequence[Floats]) -> Floats:
 
 
 def middle_launch(
-    model: Model,
+    model: CalibrationModel,
     samples: Samples,
     seen: float,
     spins: Floats,
@@ -197,7 +197,7 @@ def middle_launch(
 
     Parameters
     ----------
-    model : Model
+    model : CalibrationModel
     samples : Samples
         Of samples after `seen`, only the times count.
     seen : float

@@ -26,7 +26,7 @@ LEAST_SIGMA = 1e-6
 """Smaller deviations are not written [m]: the positions are said to be exact."""
 
 
-class Seen(NamedTuple):
+class Snapshot(NamedTuple):
     """The balls at a time [s]."""
 
     time: float
@@ -66,7 +66,7 @@ class ShotLog:
         self._path, self._about = path, path.with_suffix('.yaml')
         self._names = _names_in(path)
         self._content = _description(self._about, {'scene': scene, 'struck': CUE_BALL})
-        self._seen: deque[Seen] = deque()
+        self._seen: deque[Snapshot] = deque()
         self._shot = ''
         self._stroke: Stroke
         self._before = 0  # number of pictures before the strike
@@ -87,7 +87,7 @@ class ShotLog:
                 written = self.finish(f'the clock was set back by {last - time:.3g} s')
             self._seen.clear()
             self._before = 0
-        self._seen.append(Seen(time, balls))
+        self._seen.append(Snapshot(time, balls))
         if not self._shot:
             while time - self._seen[0].time > BEFORE:
                 self._seen.popleft()

@@ -17,12 +17,22 @@ from typing import Any
 
 from billiard_shot import machine_code
 from billiard_shot.compiler import tools
-from billiard_shot.entries import ENTRIES
 
 try:
     from fcntl import LOCK_EX, lockf
 except ImportError:  # Windows: two processes may build the same, which harms nothing
     lockf = None  # type: ignore[assignment]
+
+ENTRIES = (
+    'billiard_shot.impact.kernel:solve_collisions',
+    'billiard_shot.table.run.play_tables:play_tables',
+    'billiard_shot.planning.score:score_tables',
+    'billiard_shot.planning.direct_shots:find_direct_shots',
+    'billiard_shot.planning.shots:count_open_pockets',
+    'billiard_shot.shot.stroke:write_strokes',
+    'billiard_shot.shot.lowest_elevation:write_clear_elevations',
+)
+"""The compiled entries of the package; no other file names them."""
 
 KEPT = 8  # libraries that stay: of the sources that were asked for last
 CAPTURED = 'entries.bc'  # all targets are built from it

@@ -12,7 +12,7 @@ import numpy as np
 from billiard_shot import machine_code
 from billiard_shot.compiled import Entry
 from billiard_shot.planning.pockets import BallKind
-from billiard_shot.records import kind_of, layout_of, ROWS
+from billiard_shot.records import record_layout, ROWS, storage_kind
 from billiard_shot.status import Status
 from billiard_shot.table.model.motion import Cause, Motion
 
@@ -62,7 +62,7 @@ def _argument(
         'kind': 'array',
         'slot': next(slots),
         'dimensions': value.ndim,
-        'of': kind_of(value.dtype),
+        'of': storage_kind(value.dtype),
     }
     for _ in range(value.ndim):
         next(slots)
@@ -70,7 +70,7 @@ def _argument(
         (kind,) = get_args(hint)
         assert kind.dtype == value.dtype, f'{name} is annotated with another record'
         argument['of'] = of = f'{kind.__module__}:{kind.__qualname__}'
-        records[of] = layout_of(kind)
+        records[of] = record_layout(kind)
     return argument
 
 

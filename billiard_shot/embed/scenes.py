@@ -25,7 +25,7 @@ from billiard_shot.records import ROWS
 from billiard_shot.scene import Scene, SceneLike
 from billiard_shot.scene.fields import LARGEST
 from billiard_shot.scene.player import MIN_NOISY_SPEED, OFFSETS
-from billiard_shot.shot.play import Accuracy, DEFAULT_SHOT_TOLERANCE, setting_of, task_of
+from billiard_shot.shot.play import Accuracy, DEFAULT_SHOT_TOLERANCE, prepared_scene, task_of
 from billiard_shot.shot.stroke import SPEED_RANGE, write_strokes
 from billiard_shot.table.contacts.cluster import room_for
 from billiard_shot.table.model.motion import room_for_simulation
@@ -68,7 +68,7 @@ def packed_scene(
     entries are apart: the vectors that `write_strokes` writes are to be given to `play_tables`.
     Without pockets there is no `find_direct_shots`.
     """
-    count = len(setting_of(scene).names)
+    count = len(prepared_scene(scene).names)
     played = packed_play(scene, tolerance)
     made = {
         write_strokes: _named(
@@ -86,9 +86,9 @@ def packed_scene(
 
 def packed_play(scene: Scene, tolerance: float = DEFAULT_SHOT_TOLERANCE) -> dict[str, Any]:
     """Pack a scene as arguments of `play_tables` alone; see `packed_scene`."""
-    setting = setting_of(scene)
-    count = len(setting.names)
-    task = task_of(setting, np.zeros((1, 3)), np.zeros((1, 3)), None, Accuracy(tolerance))
+    prepared = prepared_scene(scene)
+    count = len(prepared.names)
+    task = task_of(prepared, np.zeros((1, 3)), np.zeros((1, 3)), None, Accuracy(tolerance))
     room = room_for(ROWS, count, True)  # with scratch that this thread has used
     capacity = CAPACITY * (2 + count)
     room = room._replace(
@@ -123,17 +123,17 @@ def export_scene(scene: SceneLike, tolerance: float = DEFAULT_SHOT_TOLERANCE) ->
 
     """
     scene = Scene.load(scene)
-    setting, radius = setting_of(scene), float(scene.ball.radius)
-    layout = layout_of(setting.model.surface, setting.table)
+    prepared, radius = prepared_scene(scene), float(scene.ball.radius)
+    layout = layout_of(prepared.model.surface, prepared.table)
     numbers = layout.numbers
     beyond = numbers.cushion_depth
     return {
         'sources': machine_code.sources(),
-        'names': setting.names,
+        'names': prepared.names,
         'places': {
             name: place[:2]
             for name, place in zip(
-                setting.names, setting.starts['position'][0].tolist(), strict=True
+                prepared.names, prepared.starts['position'][0].tolist(), strict=True
             )
         },
         'pockets': POCKET_NAMES if layout.pockets else (),
@@ -182,7 +182,7 @@ def c_scene(scene: SceneLike) -> str:
     writes where balls lie, and the stroke.
     """
     scene = Scene.load(scene)
-    names = ', '.join(f'{i} {name}' for i, name in enumerate(setting_of(scene).names))
+    names = ', '.join(f'{i} {name}' for i, name in enumerate(prepared_scene(scene).names))
     balls = names.replace('*/', '* /')  # which would end the comment
     parts = [_BEGIN.format(names=balls, file=HEADER, sources=machine_code.sources())]
     made = packed_scene(scene)

@@ -41,7 +41,7 @@ class Idea(NamedTuple):
     guess: float  # its value without errors, times the chance of its shot
 
 
-class Rated(NamedTuple):
+class Rating(NamedTuple):
     """An idea that was tried with errors."""
 
     idea: Idea
@@ -76,7 +76,7 @@ def rule_strokes(
     return batch, kept.reshape(shape), value.reshape(shape)
 
 
-def rate(ideas: Sequence[Idea], errors: Array, plies: int) -> list[Rated]:
+def rate(ideas: Sequence[Idea], errors: Array, plies: int) -> list[Rating]:
     """
     Try ideas with the same errors.
 
@@ -90,7 +90,7 @@ def rate(ideas: Sequence[Idea], errors: Array, plies: int) -> list[Rated]:
         `values`; 0: the value is the success.
 
     """
-    rated: list[Rated] = []
+    rated: list[Rating] = []
     for position in {id(idea.position): idea.position for idea in ideas}.values():
         own = [idea for idea in ideas if idea.position is position]
         strokes = with_errors(np.array([idea.offsets for idea in own])[:, np.newaxis], errors)
@@ -107,7 +107,7 @@ def rate(ideas: Sequence[Idea], errors: Array, plies: int) -> list[Rated]:
             change.ravel()[chosen] = second - first
             mean += success * change.sum(axis=1) / np.maximum(some.sum(axis=1), 1)
         turn = (kept @ errors[:, AZIMUTH]) / np.maximum(kept.sum(axis=1), 1)
-        rated += map(Rated, own, mean.tolist(), success.tolist(), turn.tolist())
+        rated += map(Rating, own, mean.tolist(), success.tolist(), turn.tolist())
     return rated
 
 

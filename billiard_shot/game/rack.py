@@ -136,7 +136,7 @@ class RackRecord:
 
     game: str
     number: int  # in its tournament
-    seed: int  # of the errors of execution, see `errors_of`
+    seed: int  # of the errors of execution, see `agent_errors`
     players: tuple[str, ...]  # names of players 0 and 1
     shots: tuple[PlayedShot, ...]
     state: dict[str, Any]  # at the end
@@ -201,7 +201,7 @@ def play_on(
     """
     state = State.from_dict(record.state)
     while not state.over and len(record.shots) < MAX_SHOTS:
-        agent, errors = agents[state.player], errors_of(record.seed, record.number, state)
+        agent, errors = agents[state.player], agent_errors(record.seed, record.number, state)
         seen, decision, ruling, times = take_shot(state, scene, agent, errors, simulator)
         if not decision.choice:
             for each in agents:
@@ -219,7 +219,7 @@ def play_rack(
     return [record, *play_on(record, scene, agents, simulator)][-1]
 
 
-class Taken(NamedTuple):
+class ShotExecution(NamedTuple):
     """A decision that was carried out: the state that was seen, and CPU and wall time [s]."""
 
     seen: State
@@ -234,7 +234,7 @@ def take_shot(
     agent: Agent,
     errors: np.random.Generator,
     simulator: Simulator = simulated,
-) -> Taken:
+) -> ShotExecution:
     """
     Let an agent decide, play its stroke, and rule on it; or carry out its choice.
 
@@ -259,10 +259,10 @@ def take_shot(
         if decision.stroke is not None:
             outcome = simulator(scene_of(scene, seen), decision.stroke, errors)
         ruling = judge(seen, decision.call, outcome, times[1])
-    return Taken(seen, decision, ruling, times)
+    return ShotExecution(seen, decision, ruling, times)
 
 
-def errors_of(seed: int, number: int, state: State) -> np.random.Generator:
+def agent_errors(seed: int, number: int, state: State) -> np.random.Generator:
     """
     Return the source of the errors of a shot.
 
@@ -278,7 +278,7 @@ def replayed(record: RackRecord, scene: Scene) -> Iterator[tuple[PlayedShot, Sho
         if shot.offsets:
             state = State.from_dict(shot.state)
             at, stroke = scene_of(scene, state), Stroke.from_offsets(*shot.offsets)
-            errors = errors_of(record.seed, record.number, state)
+            errors = agent_errors(record.seed, record.number, state)
             yield shot, predict(at, at.noise.perturb(stroke, errors, at.ball.radius))
 
 

@@ -62,7 +62,7 @@ def possible_rulings(state: State, call: Call, places: Places) -> tuple[Ruling, 
     return tuple(found)
 
 
-class Told(NamedTuple):
+class ShotReport(NamedTuple):
     """What somebody saw of a shot."""
 
     first_contact: str = ''  # ball that the cue ball met first; '' if it met none
@@ -71,7 +71,7 @@ class Told(NamedTuple):
     double_hit: bool = False  # the cue hit the cue ball twice
 
 
-def told_outcome(state: State, places: Places, told: Told) -> Outcome:
+def told_outcome(state: State, places: Places, told: ShotReport) -> Outcome:
     """
     Complete what pictures show of a shot by what somebody saw.
 
@@ -81,7 +81,7 @@ def told_outcome(state: State, places: Places, told: Told) -> Outcome:
         Before the shot.
     places : mapping of str to (x, y)
         The balls that are left, at rest [m].
-    told : Told
+    told : ShotReport
 
     Raises
     ------
@@ -186,7 +186,7 @@ def read_shot(line: str, scene: Scene, state: State, listed: Sequence[ListedShot
     return Decision(stroke, call, reason=reason.strip())
 
 
-def read_outcome(line: str) -> Told:
+def read_outcome(line: str) -> ShotReport:
     """Read what somebody saw of a shot, as in `OUTCOME_HELP`."""
     met, double_hit = '', False
     driven: tuple[str, ...] = ()
@@ -205,7 +205,7 @@ def read_outcome(line: str) -> Told:
                 raise ValueError(f'{part.strip()!r} is not understood; type ? for help')
     if not met:
         raise ValueError('met BALL, or met none, is missing; type ? for help')
-    return Told('' if met == 'none' else met, driven, pockets, double_hit)
+    return ShotReport('' if met == 'none' else met, driven, pockets, double_hit)
 
 
 def _aimed(

@@ -295,7 +295,7 @@ STROKES = np.array(
 LIFT_STEP = 0.02  # rad: elevations are rounded to multiples of it, so that few strikes are solved
 
 
-class Followed(NamedTuple):
+class Continuations(NamedTuple):
     """Strokes that follow end states."""
 
     row: NDArray[np.int64]  # (n,) of the end state
@@ -350,7 +350,7 @@ def second_ply(scene: Scene, player: int, batch: RuledBatch, first: Array) -> Ar
     return np.where(np.isfinite(found), found, first)
 
 
-def _follow(scene: Scene, states: TableStates, direct: DirectShots) -> Followed:
+def _follow(scene: Scene, states: TableStates, direct: DirectShots) -> Continuations:
     """Make strokes at the best direct shots of each table."""
     order = np.lexsort((-direct.chance, direct.table))
     rank = np.arange(len(order)) - np.searchsorted(direct.table[order], direct.table[order])
@@ -363,14 +363,14 @@ def _follow(scene: Scene, states: TableStates, direct: DirectShots) -> Followed:
     strokes[:, ELEVATION] = np.ceil(strokes[:, ELEVATION] / LIFT_STEP) * LIFT_STEP
     strokes[:, SPEED] = np.minimum(strokes[:, SPEED] * faster, scene.robot.speed_max)
     strokes = along_azimuth(model_of(scene), strokes)
-    return Followed(row, shot, strokes, states.take(row))
+    return Continuations(row, shot, strokes, states.take(row))
 
 
 def _values_after(
     scene: Scene,
     batch: RuledBatch,
     direct: DirectShots,
-    followed: Followed,
+    followed: Continuations,
     potted: NDArray[np.bool_],
     ends: TableStates,
 ) -> Array:

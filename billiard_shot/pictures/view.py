@@ -22,7 +22,7 @@ from billiard_shot.embed.scenes import core_script, export_scene
 from billiard_shot.pictures.colours import ball_colour, is_striped
 from billiard_shot.scene import Scene, SceneLike
 from billiard_shot.scene.errors import reason
-from billiard_shot.shot.play import DEFAULT_SHOT_TOLERANCE, setting_of
+from billiard_shot.shot.play import DEFAULT_SHOT_TOLERANCE, prepared_scene
 from billiard_shot.shot.shot import Shot
 from billiard_shot.table.run.outline import outline_of
 from billiard_shot.table.run.results import HAPPENS
@@ -176,7 +176,7 @@ def _scene_data(
         'cue': {'length': scene.cue.length or DRAWN_CUE_LENGTH, 'tip_curvature': curvature},
         'balls': [
             {'name': name, 'colour': ball_colour(name), 'striped': is_striped(name)}
-            for name in setting_of(scene).names
+            for name in prepared_scene(scene).names
         ],
     }
 

@@ -24,9 +24,9 @@ from billiard_shot.planning.pockets import (
     free_directions,
     LEGAL,
     NO_BALL,
-    Pot,
     pot_of,
-    Seen,
+    PotInterval,
+    TableView,
 )
 from billiard_shot.records import Floats, record, Storage
 from billiard_shot.scene.player import AZIMUTH
@@ -100,7 +100,7 @@ class Aim(NamedTuple):
 
 
 @inner
-def lies_behind(seen: Seen, cue: int, ball: int, pocket: int) -> bool:
+def lies_behind(seen: TableView, cue: int, ball: int, pocket: int) -> bool:
     """Whether the cue ball lies on the side of a ball from which it can go towards a pocket."""
     x, y = seen.places[ball][0], seen.places[ball][1]
     u, v = x - seen.places[cue][0], y - seen.places[cue][1]
@@ -109,7 +109,7 @@ def lies_behind(seen: Seen, cue: int, ball: int, pocket: int) -> bool:
 
 
 @inner
-def aimed(seen: Seen, cue: int, ball: int, into: float, speed: float) -> Aim:
+def aimed(seen: TableView, cue: int, ball: int, into: float, speed: float) -> Aim:
     """Aim so that a ball leaves in a direction [rad], with the speed of a full hit [m/s]."""
     params, diameter = seen.params, 2.0 * seen.params.radius
     x, y = seen.places[cue][0], seen.places[cue][1]
@@ -135,7 +135,7 @@ def aimed(seen: Seen, cue: int, ball: int, into: float, speed: float) -> Aim:
 
 
 @inner
-def paths_of(seen: Seen, cue: int, ball: int, aim: Aim, half: float) -> Directions:
+def paths_of(seen: TableView, cue: int, ball: int, aim: Aim, half: float) -> Directions:
     """Find the free paths of the cue ball whose lines of centres are within `half` of `aim`."""
     diameter, distance = 2.0 * seen.params.radius, aim.distance
     most, reach = grazing(distance, diameter), math.acos(diameter / distance)
@@ -148,7 +148,7 @@ def paths_of(seen: Seen, cue: int, ball: int, aim: Aim, half: float) -> Directio
 
 
 @inner
-def throw(seen: Seen, cut: float, speed: float, rolls: float, side: float) -> float:
+def throw(seen: TableView, cut: float, speed: float, rolls: float, side: float) -> float:
     """
     Angle by which friction turns a ball away from the line of centres, to the left [rad].
 
@@ -157,7 +157,7 @@ def throw(seen: Seen, cut: float, speed: float, rolls: float, side: float) -> fl
 
     Parameters
     ----------
-    seen : Seen
+    seen : TableView
     cut : float
         Angle from the path of the cue ball to the line of centres, to the left [rad].
     speed : float
@@ -179,9 +179,9 @@ def throw(seen: Seen, cut: float, speed: float, rolls: float, side: float) -> fl
 
 
 @inner
-def elevation_at(seen: Seen, player: PlayerRecord, cue: int, azimuth: float) -> float:
+def elevation_at(seen: TableView, player: PlayerRecord, cue: int, azimuth: float) -> float:
     """Find the lowest elevation with clearance for errors [rad], NaN if there is none."""
-    place, balls = player.raising.place, player.raising.around.balls
+    place, balls = player.raising.place, player.raising.obstacles.balls
     place[0], place[1], place[2] = seen.places[cue][0], seen.places[cue][1], seen.params.radius
     ahead_x, ahead_y = math.cos(azimuth), math.sin(azimuth)
     for k in range(len(seen.kinds)):
@@ -237,7 +237,7 @@ def within(half: float, sigma: float) -> float:
     return math.erf(half / (sigma * math.sqrt(2.0))) if sigma > 0.0 else 1.0
 
 
-class Rated(NamedTuple):
+class StrokeRating(NamedTuple):
     """A stroke that plays a direct shot."""
 
     speed: float  # m/s, of the cue
@@ -246,15 +246,21 @@ class Rated(NamedTuple):
 
 @inner
 def rate_stroke(
-    seen: Seen, player: PlayerRecord, pot: Pot, aim: Aim, cut: float, half: float, elevation: float
-) -> Rated:
+    seen: TableView,
+    player: PlayerRecord,
+    pot: PotInterval,
+    aim: Aim,
+    cut: float,
+    half: float,
+    elevation: float,
+) -> StrokeRating:
     """Rate the stroke at an elevation [rad] whose path may be wrong by `half` of an interval."""
     params, run = seen.params, aim.run
     begins = speed_to_arrive(params, run, aim.speed)
     forward = at(player.strikes.forward, elevation, begins)
     speed = max(begins / forward, player.slowest)
     if speed > player.fastest:
-        return Rated(speed, -1.0)
+        return StrokeRating(speed, -1.0)
 
     # an error of a turns the cue ball, and its side spin throws the ball
     side = at(player.strikes.side, elevation, speed) * speed * player.sigma_a
@@ -271,18 +277,18 @@ def rate_stroke(
         stops = full_hit(seen, speed_to_arrive(params, pot.way, 0.0)) / math.cos(cut)
         spare = speed - speed_to_arrive(params, run, stops) / forward
         chance *= 0.5 * (1.0 + math.erf(spare / (player.sigma_speed * math.sqrt(2.0))))
-    return Rated(speed, chance)
+    return StrokeRating(speed, chance)
 
 
 @inner
-def full_hit(seen: Seen, speed: float) -> float:
+def full_hit(seen: TableView, speed: float) -> float:
     """Speed of a ball that gives another one a speed [m/s] in a full hit."""
     return speed / (0.5 * (1.0 + seen.numbers.ball_restitution))
 
 
 @inner
 def rate_shot(
-    seen: Seen, player: PlayerRecord, arrival: float, cue: int, shot: DirectShot
+    seen: TableView, player: PlayerRecord, arrival: float, cue: int, shot: DirectShot
 ) -> bool:
     """
     Rate the shot at `shot.ball` and `shot.pocket` at a speed of arrival [m/s]; write the best.
@@ -347,7 +353,7 @@ def find_direct_shots(
     Parameters
     ----------
     layout, openings, axes
-        See `Seen`.
+        See `TableView`.
     places : (tables, balls, 2) floats
         Centres of the balls [m].
     kinds : (tables, balls) ints
@@ -369,7 +375,7 @@ def find_direct_shots(
         if kinds[t][cue] == NO_BALL:
             continue
         numbers, holes = layout.numbers[0], layout.pockets
-        seen = Seen(layout.params, numbers, holes, openings, axes, places[t], kinds[t])
+        seen = TableView(layout.params, numbers, holes, openings, axes, places[t], kinds[t])
         for ball in range(len(kinds[t])):
             if kinds[t][ball] != LEGAL:
                 continue

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from billiard_shot.planning.problem import check_clearance, Limits, limits_of, Problem, problem_of
 from billiard_shot.planning.result import PlanResult, RankedStroke, why_not_straight
 from billiard_shot.planning.runner import Progress, Runner, SupportsSubmit, ValueFunction
-from billiard_shot.planning.score import Kind, MAX_DISTANCE_PENALTY
+from billiard_shot.planning.score import GoalKind, MAX_DISTANCE_PENALTY
 from billiard_shot.planning.search import Found, NORMAL_BUDGET, search
 from billiard_shot.planning.shots import DirectShots, shots
 from billiard_shot.planning.stages import next_stage, Stage
@@ -286,7 +286,7 @@ def _result(problem: Problem, runner: Runner, found: Found, begin: float) -> Pla
         ranking = _gentlest_first(ranking)
     if ranking and ranking[0].width > NARROW:
         found = found._replace(converged=False)
-    status, message = _outcome(ranking, found, runner, Kind(problem.goal[0]['kind']))
+    status, message = _outcome(ranking, found, runner, GoalKind(problem.goal[0]['kind']))
     if status == Status.NO_PLAN and isinstance(problem.target, Pot) and not runner.late:
         why = why_not_straight(problem.scene, problem.target, problem.limits.keep)
         message = '; '.join(filter(None, [message, why]))
@@ -336,7 +336,7 @@ def checked_problem(scene: Scene, wanted: Target, limits: Limits, spread: Noise)
 
 
 def _outcome(
-    ranking: tuple[RankedStroke, ...], found: Found, runner: Runner, kind: Kind
+    ranking: tuple[RankedStroke, ...], found: Found, runner: Runner, kind: GoalKind
 ) -> tuple[Status, str]:
     simulations = runner.simulations
     if found.cancelled:
@@ -358,7 +358,7 @@ def _outcome(
             detail = '; a stroke reached it, but was not repeated: take a larger budget'
     elif found.penalty < MAX_DISTANCE_PENALTY:
         misses = f'{1e3 * found.penalty:.0f} mm'
-        if kind == Kind.HIT_DIRECTION:
+        if kind == GoalKind.HIT_DIRECTION:
             misses = f'{180.0 * found.penalty:.3g} degrees'
         detail = f'; the nearest stroke misses by {misses}'
     within = f'{simulations} simulations' + ', until the time was up' * runner.late

@@ -127,7 +127,7 @@ CORNERS = 4
 SPEED_0, SPEED_COUNT = float(HOLE_SPEEDS[0]), len(HOLE_SPEEDS)
 
 
-class Seen(NamedTuple):
+class TableView(NamedTuple):
     """One table: its balls, its pockets, and what balls roll on."""
 
     params: BallClothParams
@@ -147,7 +147,7 @@ class Directions(NamedTuple):
     high: float
 
 
-class Pot(NamedTuple):
+class PotInterval(NamedTuple):
     """How a ball can be sent straight into a pocket."""
 
     way: float  # m, to the middle of the hole
@@ -156,7 +156,7 @@ class Pot(NamedTuple):
 
 
 @inner
-def pot_of(seen: Seen, ball: int, pocket: int, cue: int, arrival: float) -> Pot:
+def pot_of(seen: TableView, ball: int, pocket: int, cue: int, arrival: float) -> PotInterval:
     """
     Find the directions in which a ball rolls into a pocket, where it arrives at a speed [m/s].
 
@@ -166,17 +166,19 @@ def pot_of(seen: Seen, ball: int, pocket: int, cue: int, arrival: float) -> Pot:
     u, v = seen.holes[pocket].hole_x - x, seen.holes[pocket].hole_y - y
     way = math.sqrt(u * u + v * v)
     if way == 0.0:
-        return Pot(0.0, 0.0, 0.0)
+        return PotInterval(0.0, 0.0, 0.0)
     falls = opening_of(seen, pocket, math.atan2(v, u), way, arrival)
     if falls.high <= falls.low:
-        return Pot(way, falls.ahead, 0.0)
+        return PotInterval(way, falls.ahead, 0.0)
     free = free_directions(seen, cue, ball, x, y, way, falls)
-    return Pot(way, free.ahead + 0.5 * (free.low + free.high), 0.5 * (free.high - free.low))
+    return PotInterval(
+        way, free.ahead + 0.5 * (free.low + free.high), 0.5 * (free.high - free.low)
+    )
 
 
 @inner
 def opening_of(
-    seen: Seen, pocket: int, direction: float, way: float, arrival: float
+    seen: TableView, pocket: int, direction: float, way: float, arrival: float
 ) -> Directions:
     """Find the directions near one [rad] in which a ball at a way [m] from a pocket falls in."""
     angle = wrapped(direction - seen.axes[pocket])
@@ -191,7 +193,7 @@ def opening_of(
 
 
 @inner
-def edge_of(seen: Seen, pocket: int, angle: float, octave: float, end: int) -> float:
+def edge_of(seen: TableView, pocket: int, angle: float, octave: float, end: int) -> float:
     """Interpolate an end of an opening [m] at an angle from its axis; see `openings_of`."""
     x = angle / ANGLE_STEP + ANGLE_STEPS
     if not 0.0 <= x <= ANGLES - 1:
@@ -206,14 +208,20 @@ def edge_of(seen: Seen, pocket: int, angle: float, octave: float, end: int) -> f
 
 @inner
 def free_directions(
-    seen: Seen, besides: int, besides_too: int, x: float, y: float, way: float, wanted: Directions
+    seen: TableView,
+    besides: int,
+    besides_too: int,
+    x: float,
+    y: float,
+    way: float,
+    wanted: Directions,
 ) -> Directions:
     """
     Cut an interval of directions to those that no ball blocks.
 
     Parameters
     ----------
-    seen : Seen
+    seen : TableView
     besides, besides_too : int
         Balls that are not in the way.
     x, y : float
@@ -254,14 +262,14 @@ def free_directions(
 
 
 @inner
-def ball_fits(seen: Seen, x: float, y: float) -> bool:
+def ball_fits(seen: TableView, x: float, y: float) -> bool:
     """Whether a ball at a place [m] is between the cushions."""
     numbers = seen.numbers
     return abs(x) <= numbers.centre_half_length and abs(y) <= numbers.centre_half_width
 
 
 def example_tables(storage: Storage) -> tuple[Any, ...]:
-    """Make a layout, and openings, axes, places and kinds as entries take them; see `Seen`."""
+    """Make a layout, and openings, axes, places and kinds as entries take them (`TableView`)."""
     params = BallClothParams(*(1.0,) * 10, 0, 1.0, GATE_AUTO, GATE_AUTO)
     return (
         lay_out(storage, params, ENDLESS),

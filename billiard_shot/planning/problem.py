@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.numerics.vectors import wrapped
-from billiard_shot.planning.score import Goal, Kind
+from billiard_shot.planning.score import Goal, GoalKind
 from billiard_shot.planning.targets import (
     ANY,
     Break,
@@ -31,7 +31,7 @@ from billiard_shot.scene.errors import found_in, InputError, Mistake, must_be_on
 from billiard_shot.scene.fields import check_type, one_or_many, read
 from billiard_shot.scene.player import A, AZIMUTH, B, ELEVATION, SPEED
 from billiard_shot.shot.lowest_elevation import first_clear, Margins, margins_for
-from billiard_shot.shot.play import Setting, setting_of
+from billiard_shot.shot.play import prepared_scene, PreparedScene
 from billiard_shot.shot.strike_model import StrikeModel, tip_reach
 from billiard_shot.table.model.geometry import POCKETS
 from billiard_shot.table.model.motion import BallRule
@@ -184,7 +184,7 @@ class Problem:
     target: Target
     limits: Limits
     noise: Noise
-    setting: Setting
+    prepared: PreparedScene
     half_sizes: tuple[float, float]  # m, of the area of ball centres, along and across
     places: Array  # (balls, 2) m
     balls: tuple[int, ...]  # indices of the balls to be potted, or of those to be met first
@@ -198,12 +198,12 @@ class Problem:
     @property
     def model(self) -> StrikeModel:
         """The numbers that a strike depends on."""
-        return self.setting.model
+        return self.prepared.model
 
     @property
     def names(self) -> tuple[str, ...]:
         """Names of all balls, the cue ball first."""
-        return self.setting.names
+        return self.prepared.names
 
     @property
     def radius(self) -> float:
@@ -222,9 +222,9 @@ class Problem:
 
 def problem_of(scene: Scene, target: Target, limits: Limits, noise: Noise) -> Problem:
     """Make the planning problem of a scene and a target."""
-    setting = setting_of(scene)
-    names, places = setting.names, setting.starts['position'][0, :, :2].copy()
-    layout = layout_of(setting.model.surface, setting.table)
+    prepared = prepared_scene(scene)
+    names, places = prepared.names, prepared.starts['position'][0, :, :2].copy()
+    layout = layout_of(prepared.model.surface, prepared.table)
     rules: NDArray[np.void] = ROWS.records(BallRule, len(names))
     rules['must_stay'] = [name == names[0] or name in limits.keep for name in names]
     if limits.first_contact:
@@ -252,7 +252,7 @@ def problem_of(scene: Scene, target: Target, limits: Limits, noise: Noise) -> Pr
         target,
         limits,
         noise,
-        setting,
+        prepared,
         (layout.numbers.centre_half_length, layout.numbers.centre_half_width),
         places=places,
         balls=balls,
@@ -275,26 +275,26 @@ def _goal(
     goal.must_meet = must_meet or isinstance(target, Safe | Break)
     match target:
         case Rest():
-            goal.kind, (goal.x, goal.y), goal.radius = Kind.REST, target.rest, target.radius
+            goal.kind, (goal.x, goal.y), goal.radius = GoalKind.REST, target.rest, target.radius
         case Pass():
-            goal.kind, (goal.x, goal.y), goal.radius = Kind.PASS, target.passing, target.radius
+            goal.kind, (goal.x, goal.y), goal.radius = GoalKind.PASS, target.passing, target.radius
         case Gate():
-            goal.kind, ((goal.x, goal.y), (goal.u, goal.v)) = Kind.GATE, target.gate
+            goal.kind, ((goal.x, goal.y), (goal.u, goal.v)) = GoalKind.GATE, target.gate
         case Hit():
-            goal.kind, goal.ball = Kind.HIT, balls[0]
+            goal.kind, goal.ball = GoalKind.HIT, balls[0]
             if target.direction is not None:
-                goal.kind, (goal.x, goal.y) = Kind.HIT_DIRECTION, target.direction
+                goal.kind, (goal.x, goal.y) = GoalKind.HIT_DIRECTION, target.direction
                 goal.radius = math.radians(target.direction_tolerance_deg)
             elif target.at is not None:
-                goal.kind, (goal.x, goal.y) = Kind.HIT_AT, target.at
+                goal.kind, (goal.x, goal.y) = GoalKind.HIT_AT, target.at
                 goal.radius = target.radius
         case Pot():
-            goal.kind = Kind.POT
+            goal.kind = GoalKind.POT
             if target.leave is not None:
-                goal.kind, (goal.x, goal.y) = Kind.POT_AND_LEAVE, target.leave
+                goal.kind, (goal.x, goal.y) = GoalKind.POT_AND_LEAVE, target.leave
                 goal.radius = target.radius
         case _:
-            goal.kind = Kind.FOULS
+            goal.kind = GoalKind.FOULS
     return goals
 
 

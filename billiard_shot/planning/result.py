@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.notebook import Shown
+from billiard_shot.notebook import Shown, Tabular
 from billiard_shot.numerics.vectors import wrapped
 from billiard_shot.planning.problem import as_struck, draw_places, Limits, problem_of
 from billiard_shot.planning.runner import evaluate_strokes, penalties_of, simulate_strokes
@@ -22,7 +22,7 @@ from billiard_shot.planning.targets import Break, Gate, Hit, Pass, Pot, Safe, Ta
 from billiard_shot.records import Array
 from billiard_shot.scene import Noise, Scene
 from billiard_shot.scene.placement import CUE_BALL
-from billiard_shot.scene.player import OFFSETS
+from billiard_shot.scene.player import offset_columns
 from billiard_shot.shot.aim import aim
 from billiard_shot.shot.ghost_ball import cut_of_path, grazing
 from billiard_shot.shot.predict import predict
@@ -39,7 +39,6 @@ from billiard_shot.table.run.results import (
     POCKET_NAMES,
     TableEvent,
 )
-from billiard_shot.table.run.simulate import data_frame
 from billiard_shot.table.run.task import BatchRecording
 
 STRAIGHT = math.radians(10.0)  # of deflection: smaller ones are not a cut
@@ -266,7 +265,7 @@ class RankedStroke:
 
 
 @dataclass(frozen=True, eq=False)
-class PlanResult(Shown):
+class PlanResult(Shown, Tabular):
     """
     Result of a search.
 
@@ -312,27 +311,17 @@ class PlanResult(Shown):
         """The best stroke, None if no stroke was found."""
         return self.ranking[0] if self.ranking else None
 
-    def to_frame(self) -> Any:
-        """
-        Make a pandas DataFrame with a row for each stroke, the best first; angles in radians.
-
-        Raises
-        ------
-        ValueError
-            If pandas is not installed.
-
-        """
-        strokes = [each.stroke.offsets for each in self.ranking]
-        columns = {
+    def columns(self) -> dict[str, Any]:
+        """Return the columns of `to_frame`, with a row for each stroke, the best first."""
+        return {
             'kind': [each.kind for each in self.ranking],
             'success': [each.success for each in self.ranking],
             'low': [each.interval[0] for each in self.ranking],
             'high': [each.interval[1] for each in self.ranking],
             'trials': [each.trials for each in self.ranking],
             'warning': [each.warning for each in self.ranking],
+            **offset_columns([each.stroke.offsets for each in self.ranking]),
         }
-        columns |= {name: [stroke[i] for stroke in strokes] for i, name in enumerate(OFFSETS)}
-        return data_frame(columns)
 
 
 PIECES = 6  # straight lines by which a segment is approximated

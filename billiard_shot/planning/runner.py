@@ -18,11 +18,11 @@ from billiard_shot.planning.problem import as_struck, Problem, tables_at
 from billiard_shot.planning.score import (
     distance_penalty,
     Goal,
-    Kind,
+    GoalKind,
+    Objective,
     PENALTY_STEP,
     Runs,
     score_tables,
-    Sought,
 )
 from billiard_shot.planning.shots import shots
 from billiard_shot.planning.targets import ANY, Break, Safe
@@ -30,7 +30,7 @@ from billiard_shot.planning.within_noise import (
     accuracy_within,
     bounds_of,
     Cell,
-    Fit,
+    CellFit,
     fit_cell,
     Maps,
     TRIALS,
@@ -44,7 +44,7 @@ from billiard_shot.table.model.motion import BallRule, NOTHING, SegmentRecord
 from billiard_shot.table.run.play_tables import BallOutcome, TableOutcome
 from billiard_shot.table.run.simulate import batch_of, TableBatch
 from billiard_shot.table.run.task import BatchRecording, run_recorded
-from billiard_shot.table.strike.placement import ALL_SOLVED, Mapped
+from billiard_shot.table.strike.placement import ALL_SOLVED, StrikePolynomials
 
 
 def penalties_at_rest(problem: Problem, outcomes: TableBatch, fouls: Array) -> Array:
@@ -113,7 +113,7 @@ class Outcomes(NamedTuple):
 def evaluate_strokes(
     problem: Problem,
     strokes: Array,
-    mapped: Mapped = ALL_SOLVED,
+    mapped: StrikePolynomials = ALL_SOLVED,
     places: Array | None = None,
     *,
     to_the_end: bool = True,
@@ -128,7 +128,7 @@ def evaluate_strokes(
     problem : Problem
     strokes : (n, 5) float array
         a, b, elevation, azimuth, speed; see `vectors_of`.
-    mapped : Mapped
+    mapped : StrikePolynomials
         Which strikes come from maps, see `Maps.mapped`; others are solved.
     places : (n, balls, 2) float array, optional
         Where the balls lie [m], see `draw_places`; by default where the problem has them. The
@@ -174,7 +174,7 @@ def penalties_of(problem: Problem, recording: BatchRecording) -> Array:
     run = score_tables.current()
     array, from_rows = run.storage.array, run.storage.from_rows
     penalties = run.storage.zeros(len(recording.tables))
-    sought = Sought(
+    sought = Objective(
         from_rows(Goal, problem.goal),
         from_rows(BallRule, problem.rules),
         array(problem.wanted),
@@ -190,7 +190,7 @@ def penalties_of(problem: Problem, recording: BatchRecording) -> Array:
     )
     run(sought, runs, penalties)
     found = np.asarray(penalties)
-    if problem.goal[0]['kind'] == Kind.FOULS:
+    if problem.goal[0]['kind'] == GoalKind.FOULS:
         found = found + penalties_at_rest(problem, batch_of(recording, problem.names), found)
     return found
 
@@ -198,7 +198,7 @@ def penalties_of(problem: Problem, recording: BatchRecording) -> Array:
 def simulate_strokes(
     problem: Problem,
     strokes: Array,
-    mapped: Mapped = ALL_SOLVED,
+    mapped: StrikePolynomials = ALL_SOLVED,
     places: Array | None = None,
     rules: NDArray[np.void] | None = None,
     coarse: bool = False,
@@ -210,7 +210,7 @@ def simulate_strokes(
     """
     recording = play_by(
         run_recorded,
-        problem.setting,
+        problem.prepared,
         *vectors_of(strokes),
         None if places is None else tables_at(problem, places),
         accuracy_within(problem.sigmas) if coarse else TRIALS,
@@ -268,7 +268,7 @@ class Runner:
         self._best_stroke: Stroke | None = None
         self.reserved = round(FINAL_RESERVE * budget)
         self.granted = 0  # strokes that may be evaluated although the time is up
-        self._maps = Maps(problem.model, bounds_of(problem.sigmas), problem.setting.reaching)
+        self._maps = Maps(problem.model, bounds_of(problem.sigmas), problem.prepared.reaching)
         self._executor = executor
         self._problem, self._work = problem, partial(evaluate_strokes, problem, value=value)
         self.value = value
@@ -366,7 +366,7 @@ class Runner:
             for future in futures:
                 future.cancel()
 
-    def _fitted(self, cells: list[Cell]) -> Iterator[Fit]:
+    def _fitted(self, cells: list[Cell]) -> Iterator[CellFit]:
         """Fit cells of the map."""
         return self.each(fit_cell, [(self._maps.model, cell) for cell in cells])
 

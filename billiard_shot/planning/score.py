@@ -32,7 +32,7 @@ PENALTY_PIECES = 6
 NO_DISTANCE = 1e3  # m: stands for "no distance"
 
 
-class Kind(IntEnum):
+class GoalKind(IntEnum):
     """Kind of a goal; the classes of targets.py."""
 
     REST = 0
@@ -46,7 +46,7 @@ class Kind(IntEnum):
     FOULS = 8  # only fouls count here; runner.py adds the rest
 
 
-TO_REST, PASS, GATE, HIT, HIT_DIRECTION, HIT_AT, POT, POT_AND_LEAVE, FOULS = map(int, Kind)
+TO_REST, PASS, GATE, HIT, HIT_DIRECTION, HIT_AT, POT, POT_AND_LEAVE, FOULS = map(int, GoalKind)
 
 
 @record
@@ -64,7 +64,7 @@ class Goal:
     ball_radius: float  # m
 
 
-class Sought(NamedTuple):
+class Objective(NamedTuple):
     """The target of strokes on a table with n balls."""
 
     goals: list[Goal]  # 1
@@ -156,7 +156,7 @@ def crosses(segment: SegmentRecord, lasting: float, goal: Goal) -> bool:
 
 
 @inner
-def is_foul(sought: Sought, table: TableOutcome, balls: list[BallOutcome], first: int) -> bool:
+def is_foul(sought: Objective, table: TableOutcome, balls: list[BallOutcome], first: int) -> bool:
     """
     Whether a ball left the table, one that must stay fell, or the wrong ball was met first.
 
@@ -182,7 +182,7 @@ def has_hit(segment: SegmentRecord) -> bool:
 
 
 @inner
-def may_fall(sought: Sought, ball: int) -> bool:
+def may_fall(sought: Objective, ball: int) -> bool:
     """Whether a ball may fall into any pocket to reach the target."""
     most = 0.0
     for pocket in range(POCKETS):
@@ -191,7 +191,7 @@ def may_fall(sought: Sought, ball: int) -> bool:
 
 
 @inner
-def pot_penalty(sought: Sought, runs: Runs, part: RunPart) -> float:
+def pot_penalty(sought: Objective, runs: Runs, part: RunPart) -> float:
     """Penalty if no wanted ball fell: distance to a pocket or, if none was met, to the ball."""
     places, holes, wanted = sought.places, sought.holes, sought.wanted
     met = False
@@ -219,7 +219,7 @@ def pot_penalty(sought: Sought, runs: Runs, part: RunPart) -> float:
 
 
 @inner
-def hit_penalty(sought: Sought, runs: Runs, part: RunPart) -> float:
+def hit_penalty(sought: Objective, runs: Runs, part: RunPart) -> float:
     """Penalty for the first contact with another ball, the wrong place, or the wrong direction."""
     goal, segments = sought.goals[0], runs.segments
     x, y = sought.places[goal.ball][0], sought.places[goal.ball][1]
@@ -323,7 +323,7 @@ def write_ends(runs: Runs, part: RunPart, stop: float) -> None:
 
 def _example(storage: Storage) -> tuple[Any, ...]:
     zeros = storage.zeros
-    sought = Sought(
+    sought = Objective(
         storage.records(Goal, 1),
         storage.records(BallRule, 1),
         zeros(1, POCKETS),
@@ -341,7 +341,7 @@ def _example(storage: Storage) -> tuple[Any, ...]:
 
 
 @entry(_example)
-def score_tables(sought: Sought, runs: Runs, penalties: Floats) -> None:
+def score_tables(sought: Objective, runs: Runs, penalties: Floats) -> None:
     """Write the penalty of each table: 0 if the target is reached, see `Outcomes`."""
     goal, count, begin = sought.goals[0], len(sought.rules), 0
     for number in range(len(runs.tables)):

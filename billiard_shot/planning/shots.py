@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from billiard_shot.compiled import entry, inner
+from billiard_shot.notebook import Tabular
 from billiard_shot.planning.direct_shots import (
     CentralStrikes,
     DirectShot,
@@ -29,14 +30,14 @@ from billiard_shot.planning.pockets import (
     openings_of,
     pot_of,
     PRESENT,
-    Seen,
+    TableView,
 )
 from billiard_shot.planning.problem import limits_of
 from billiard_shot.planning.within_noise import noise_of, strike_alone
 from billiard_shot.records import Array, as_rows, Floats, ROWS, Storage
 from billiard_shot.scene import Noise, Scene, SceneLike
 from billiard_shot.scene.placement import CUE_BALL
-from billiard_shot.scene.player import A, B, ELEVATION, OFFSETS, SPEED
+from billiard_shot.scene.player import A, B, ELEVATION, offset_columns, OFFSETS, SPEED
 from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.lowest_elevation import raising_of
 from billiard_shot.shot.strike_model import StrikeModel
@@ -45,7 +46,6 @@ from billiard_shot.table.motion.cloth import rolling_share
 from billiard_shot.table.run.effects import params_on_table
 from billiard_shot.table.run.layout import lay_out
 from billiard_shot.table.run.results import POCKET_NAMES
-from billiard_shot.table.run.simulate import data_frame
 from billiard_shot.table.run.states import ManyStates, table_states, TableStates
 from billiard_shot.table.run.task import in_threads
 
@@ -53,7 +53,7 @@ OFFSET = 0.02  # ball radii: error of a whose effect is extrapolated
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class DirectShots:
+class DirectShots(Tabular):
     """
     Direct shots of many tables, in the order of tables, balls and pockets.
 
@@ -105,28 +105,18 @@ class DirectShots:
         np.maximum.at(best, self.table, self.chance)
         return best
 
-    def to_frame(self) -> Any:
-        """
-        Make a pandas DataFrame with a row for each shot; angles in radians.
-
-        Raises
-        ------
-        ValueError
-            If pandas is not installed.
-
-        """
-        return data_frame(
-            {
-                'table': self.table,
-                'ball': [self.names[i] for i in self.ball.tolist()],
-                'pocket': [POCKET_NAMES[i] for i in self.pocket.tolist()],
-                'chance': self.chance,
-                'cut': self.cut,
-                'distance': self.distance,
-                'way': self.way,
-                **{name: self.offsets[:, i] for i, name in enumerate(OFFSETS)},
-            }
-        )
+    def columns(self) -> dict[str, Any]:
+        """Return the columns of `to_frame`, with a row for each shot."""
+        return {
+            'table': self.table,
+            'ball': [self.names[i] for i in self.ball.tolist()],
+            'pocket': [POCKET_NAMES[i] for i in self.pocket.tolist()],
+            'chance': self.chance,
+            'cut_deg': np.degrees(self.cut),
+            'distance': self.distance,
+            'way': self.way,
+            **offset_columns(self.offsets),
+        }
 
 
 def shots(
@@ -253,7 +243,7 @@ def _player(storage: Storage, scene: Scene, noise: Noise, balls: int) -> PlayerR
     lowest, highest = limits.elevations
     a, _, _, azimuth, speed = noise.sigmas(scene.ball.radius).tolist()
     raising = raising_of(storage, scene, min(highest, steepest), margins.elevation)
-    around = raising.around._replace(balls=storage.zeros(balls, 2))
+    obstacles = raising.obstacles._replace(balls=storage.zeros(balls, 2))
     stroke = np.zeros(len(OFFSETS))
     stroke[B] = -margins.b
     return PlayerRecord(
@@ -264,7 +254,7 @@ def _player(storage: Storage, scene: Scene, noise: Noise, balls: int) -> PlayerR
         float(robot.speed_min),
         float(robot.speed_max),
         max(lowest, margins.elevation),
-        raising._replace(around=around),
+        raising._replace(obstacles=obstacles),
         storage.array(stroke),
     )
 
@@ -296,7 +286,7 @@ def strikes_of(model: StrikeModel) -> CentralStrikes:
 
 
 @inner
-def is_open(seen: Seen, ball: int, pocket: int) -> bool:
+def is_open(seen: TableView, ball: int, pocket: int) -> bool:
     """
     Whether a ball can be sent into a pocket.
 
@@ -331,7 +321,7 @@ def count_open_pockets(
     Parameters
     ----------
     layout, openings, axes
-        See `Seen`.
+        See `TableView`.
     places : (tables, balls, 2) floats
         Centres of the balls [m].
     kinds : (tables, balls) ints
@@ -341,7 +331,7 @@ def count_open_pockets(
     """
     for t in range(len(places)):
         numbers, holes = layout.numbers[0], layout.pockets
-        seen = Seen(layout.params, numbers, holes, openings, axes, places[t], kinds[t])
+        seen = TableView(layout.params, numbers, holes, openings, axes, places[t], kinds[t])
         for ball in range(len(kinds[t])):
             count = 0
             if kinds[t][ball] == LEGAL:

@@ -185,7 +185,7 @@ class Stage:
     name: str
     candidates: Candidates
     outcomes: Outcomes
-    width: float  # of the search around them, see `Kind`
+    width: float  # of the search around them, see `CandidateKind`
     chosen: NDArray[np.bool_]  # (n,) candidates that were refined
     value: float = 0.0  # of its best stroke so far
 
@@ -239,7 +239,7 @@ def untried(stages: list[Stage], best: float) -> tuple[str, ...]:
     return tuple(kind.name for kind in KINDS[len(stages) :] if best < kind.below)
 
 
-class Kind(NamedTuple):
+class CandidateKind(NamedTuple):
     """A kind of candidates."""
 
     name: str
@@ -249,11 +249,11 @@ class Kind(NamedTuple):
     width: float = 1.0
 
 
-def _kind(number: int) -> Kind:
+def _kind(number: int) -> CandidateKind:
     """Return one of `KINDS`; after those, further random strokes."""
     if number < len(KINDS):
         return KINDS[number]
-    return Kind('random strokes', RANDOM_BELOW, partial(_random, number - len(KINDS)))
+    return CandidateKind('random strokes', RANDOM_BELOW, partial(_random, number - len(KINDS)))
 
 
 def _along(problem: Problem, points: Iterable[Waypoint]) -> Candidates:
@@ -304,9 +304,11 @@ def _random(before: int, problem: Problem, _: Runner) -> Candidates:
 
 
 KINDS = (
-    Kind('straight paths', math.inf, _straight),
-    Kind('combinations', GOOD, _combinations),
-    Kind('one cushion', 0.5, partial(_by_cushions, ((0, 1), (1, 0)), MAX_ROUTES)),
-    Kind('curves', 0.3, _curved, width=0.5),  # late, because a curve takes long
-    Kind('two cushions', RANDOM_BELOW, partial(_by_cushions, ((0, 2), (2, 1)), 2 * MAX_ROUTES)),
+    CandidateKind('straight paths', math.inf, _straight),
+    CandidateKind('combinations', GOOD, _combinations),
+    CandidateKind('one cushion', 0.5, partial(_by_cushions, ((0, 1), (1, 0)), MAX_ROUTES)),
+    CandidateKind('curves', 0.3, _curved, width=0.5),  # late, because a curve takes long
+    CandidateKind(
+        'two cushions', RANDOM_BELOW, partial(_by_cushions, ((0, 2), (2, 1)), 2 * MAX_ROUTES)
+    ),
 )

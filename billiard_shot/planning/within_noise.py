@@ -16,7 +16,7 @@ from billiard_shot.scene import Noise, Scene, SceneLike
 from billiard_shot.scene.errors import InputError
 from billiard_shot.scene.fields import read
 from billiard_shot.scene.player import A, AZIMUTH, B, SPEED
-from billiard_shot.shot.play import Accuracy, play, setting_of, strike, StrokeBatch
+from billiard_shot.shot.play import Accuracy, play, prepared_scene, strike, StrokeBatch
 from billiard_shot.shot.strike_model import StrikeModel
 from billiard_shot.shot.stroke import playable_offsets, read_rows, vectors_of
 from billiard_shot.status import Status
@@ -25,9 +25,9 @@ from billiard_shot.table.run.task import in_threads
 from billiard_shot.table.strike.placement import (
     ALL_SOLVED,
     EXPONENTS,
-    Mapped,
     MOTION,
     SOLVED,
+    StrikePolynomials,
     TERMS,
     VARIED,
 )
@@ -83,7 +83,7 @@ def noise_of(scene: Scene, noise: str | Noise | Mapping[str, Any] | None) -> Noi
 STRIKE_TOLERANCE = 1e-4  # m, of the trajectories
 
 
-class Struck(NamedTuple):
+class StrikeOutcomes(NamedTuple):
     """
     Ball and cue after n strikes.
 
@@ -110,7 +110,7 @@ class Struck(NamedTuple):
 
 def strike_alone(
     model: StrikeModel, strokes: Array, tolerance: float = STRIKE_TOLERANCE
-) -> Struck:
+) -> StrikeOutcomes:
     """Strike the ball with strokes (n, 5), see `vectors_of`."""
     cues = strike(model, *vectors_of(strokes), tolerance)
     refused = cues['status'] >= Status.MISS
@@ -118,7 +118,9 @@ def strike_alone(
     regular = (cues['status'] == Status.OK) & ~cues['miscue'] & (cues['hits'] == 1)
     velocity, spin = (played[:, np.newaxis] * cues[name] for name in ('velocity', 'spin'))
     fails = refused | cues['miscue'] | (cues['double_hit'] == 0.0)
-    return Struck(velocity, model.surface.radius * spin, played * cues['speed'], regular, fails)
+    return StrikeOutcomes(
+        velocity, model.surface.radius * spin, played * cues['speed'], regular, fails
+    )
 
 
 def along_azimuth(model: StrikeModel, strokes: Array) -> Array:
@@ -160,17 +162,17 @@ The last one is a power of SPEED_RATIO, in m/s.
 
 
 def extent_of(cell: Cell) -> tuple[Array, Array]:
-    """Return the middle (4,) of a cell, and half of its sizes, in the units of `Mapped`."""
+    """Return the middle (4,) of a cell, and half of its sizes, as of `StrikePolynomials`."""
     level, *corner, power = cell
     slowest, sizes = SPEED_RATIO**power, SIZES / 2**level
     half = 0.5 * np.append(sizes, (SPEED_RATIO - 1.0) * slowest)
     return np.append(corner * sizes, slowest) + half, half
 
 
-class Fit(NamedTuple):
+class CellFit(NamedTuple):
     """The strikes of a cell along +x, over the speed of the cue."""
 
-    coefficients: Array  # (TERMS, MOTION), see `Mapped`
+    coefficients: Array  # (TERMS, MOTION), see `StrikePolynomials`
     # (MOTION,) root mean square in held-out strikes, spins times radius; or infinite
     errors: Array
     divides: bool  # whether smaller cells of it may be fitted
@@ -201,10 +203,10 @@ class Maps:
     def mapped(
         self,
         strokes: Array,
-        fit: Callable[[list[Cell]], Iterable[Fit]],
+        fit: Callable[[list[Cell]], Iterable[CellFit]],
         *,
         strict: bool = False,
-    ) -> Mapped:
+    ) -> StrikePolynomials:
         """
         Choose the cells by which strokes (n, 5) are mapped, and fit those that are missing.
 
@@ -250,11 +252,11 @@ class Maps:
         extents = np.array([extent_of(cell) for cell in used]).reshape(-1, 2, len(VARIED))
         coefficients = [self.fits[cell].coefficients for cell in used]
         stacked = np.array(coefficients).reshape(-1, TERMS, MOTION)
-        return Mapped(strokes, number, extents[:, 0], extents[:, 1], stacked)
+        return StrikePolynomials(strokes, number, extents[:, 0], extents[:, 1], stacked)
 
 
 @lru_cache(maxsize=8)
-def fits_of(model: StrikeModel) -> dict[Cell, Fit]:
+def fits_of(model: StrikeModel) -> dict[Cell, CellFit]:
     """Return the fits that searches of this process have made so far."""
     return {}
 
@@ -279,7 +281,7 @@ def bounds_of(sigmas: Array) -> Array:
     return DEVIATION_SHARE * np.array([along, sigmas[AZIMUTH], along, spin, spin, spin, along])
 
 
-def fit_cell(model: StrikeModel, cell: Cell) -> Fit:
+def fit_cell(model: StrikeModel, cell: Cell) -> CellFit:
     """Fit a polynomial to exact strikes in a cell, and find its error in others."""
     strokes, (middle, half) = np.zeros((len(PLACES), 5)), extent_of(cell)
     strokes[:, VARIED] = middle + half * PLACES
@@ -288,12 +290,14 @@ def fit_cell(model: StrikeModel, cell: Cell) -> Fit:
         struck = strike_alone(model, strokes)
         regular = struck.regular
     if not regular.all():
-        return Fit(np.zeros((TERMS, MOTION)), np.full(MOTION, np.inf), bool(regular.mean() > 0.5))
+        return CellFit(
+            np.zeros((TERMS, MOTION)), np.full(MOTION, np.inf), bool(regular.mean() > 0.5)
+        )
     exact = np.column_stack(struck[:3]) / strokes[:, [SPEED]]
     found: Array = LEAST_SQUARES @ exact[:FITTED_STRIKES]
     errors: Array = TERMS_THERE[FITTED_STRIKES:] @ found - exact[FITTED_STRIKES:]
     found[:, 3:6] /= model.surface.radius
-    return Fit(found, np.sqrt((errors**2).mean(axis=0)), divides=True)
+    return CellFit(found, np.sqrt((errors**2).mean(axis=0)), divides=True)
 
 
 def _cells_of(strokes: Array, level: int) -> tuple[list[Cell], NDArray[np.int64], list[int]]:
@@ -371,13 +375,13 @@ def play_within_noise(
         As of `play`.
 
     """
-    setting = setting_of(scene)
-    slower_than = math.inf if tables is not None else setting.reaching
-    maps = Maps(setting.model, bounds_of(sigmas), slower_than)
+    prepared = prepared_scene(scene)
+    slower_than = math.inf if tables is not None else prepared.reaching
+    maps = Maps(prepared.model, bounds_of(sigmas), slower_than)
 
-    def fitted(cells: list[Cell]) -> Iterator[Fit]:
-        def fit(part: slice) -> list[Fit]:
-            return [fit_cell(setting.model, cell) for cell in cells[part]]
+    def fitted(cells: list[Cell]) -> Iterator[CellFit]:
+        def fit(part: slice) -> list[CellFit]:
+            return [fit_cell(prepared.model, cell) for cell in cells[part]]
 
         return chain.from_iterable(in_threads(fit, len(cells), workers))
 

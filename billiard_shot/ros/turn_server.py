@@ -10,7 +10,7 @@ from rclpy.task import Future
 
 from billiard_shot.game.rack import agent_names, find_agent
 from billiard_shot.game.state import game_names, Outcome, State
-from billiard_shot.game.typed import Places, Told, told_outcome
+from billiard_shot.game.typed import Places, ShotReport, told_outcome
 from billiard_shot.ros.client import CanceledError
 from billiard_shot.ros.node_runner import GoalHandle
 from billiard_shot.ros.turn import (
@@ -105,7 +105,9 @@ class TurnServer:
                     f'{len(request.pockets)}'
                 )
             pockets = dict(zip(request.pocketed, request.pockets, strict=True))
-            told = Told(request.first_contact, request.to_cushion, pockets, request.double_hit)
+            told = ShotReport(
+                request.first_contact, request.to_cushion, pockets, request.double_hit
+            )
             self._told = told_outcome(*asked[1:], told)
             response.success = True
         except ValueError as error:

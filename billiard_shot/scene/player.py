@@ -22,6 +22,13 @@ POOL_BALL_RADIUS = 0.028575  # m: 2 1/4 inches across
 MIN_NOISY_SPEED = 1e-3  # m/s, of a stroke with errors
 
 
+def offset_columns(strokes: ArrayLike) -> dict[str, NDArray[np.float64]]:
+    """Return n strokes (n, 5), in radians, as columns by the names of `IN_DEGREES`."""
+    columns = np.array(strokes, float).reshape(-1, len(OFFSETS)).T
+    columns[[ELEVATION, AZIMUTH]] = np.degrees(columns[[ELEVATION, AZIMUTH]])
+    return dict(zip(IN_DEGREES, columns, strict=True))
+
+
 class StrokeOffsets(Protocol):
     """A stroke; see `billiard_shot.Stroke`, which is above this layer."""
 

@@ -13,7 +13,7 @@ from billiard_shot.scene import Noise, Scene, SceneLike
 from billiard_shot.scene.errors import refused
 from billiard_shot.scene.fields import as_float, as_floats
 from billiard_shot.scene.player import B, ELEVATION
-from billiard_shot.shot.play import setting_of, task_of, USUAL_ACCURACY
+from billiard_shot.shot.play import prepared_scene, task_of, USUAL_ACCURACY
 from billiard_shot.shot.stroke import playable_offsets, read_rows, vectors_of, write_vectors
 from billiard_shot.status import CUE_THROUGH_BALL, CUE_THROUGH_CLOTH, CUE_THROUGH_CUSHION, Status
 from billiard_shot.table.run.event_loop import PLACED
@@ -32,7 +32,7 @@ ELEVATION_STEP = radians(0.05)  # by which the result may exceed the lowest elev
 class Raising(NamedTuple):
     """What cues have to clear, and the elevations that are tried."""
 
-    around: Surroundings
+    obstacles: Surroundings
     place: Floats  # (3,) m, centre of the cue ball
     highest: float  # rad
     margin: float  # rad: the cue must have clearance at an elevation that is lower by this as well
@@ -51,9 +51,9 @@ def clear_elevation(raising: Raising, stroke: Floats, first: float) -> float:
     elevation = first
     while elevation <= raising.highest:
         write_vectors(stroke, max(elevation - raising.margin, 0.0), normal, axis)
-        status = refusal(raising.around, normal, axis, raising.place)
+        status = refusal(raising.obstacles, normal, axis, raising.place)
         if status in (CUE_THROUGH_BALL, CUE_THROUGH_CUSHION):
-            elevation += least_turn(raising.around, normal, axis, raising.place)
+            elevation += least_turn(raising.obstacles, normal, axis, raising.place)
         elif status != CUE_THROUGH_CLOTH:
             return elevation
         elevation += ELEVATION_STEP
@@ -62,8 +62,8 @@ def clear_elevation(raising: Raising, stroke: Floats, first: float) -> float:
 
 def example_raising(storage: Storage) -> Raising:
     """Make an example of how cues are raised."""
-    around = nothing_around(0.0, 1.0).stored(storage)
-    return Raising(around, storage.zeros(3), 1.0, 0.0, storage.zeros(2, 3))
+    obstacles = nothing_around(0.0, 1.0).stored(storage)
+    return Raising(obstacles, storage.zeros(3), 1.0, 0.0, storage.zeros(2, 3))
 
 
 def _example(storage: Storage) -> tuple[Any, ...]:
@@ -123,7 +123,7 @@ def refusals_in(
         Centre of the cue ball [m]; by default where the scene has it.
 
     """
-    task = task_of(setting_of(scene), normals, velocities, None, USUAL_ACCURACY)
+    task = task_of(prepared_scene(scene), normals, velocities, None, USUAL_ACCURACY)
     if position is not None:
         starts = task.starts.copy()
         starts['position'][:, 0] = position

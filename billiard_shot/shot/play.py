@@ -22,15 +22,15 @@ from billiard_shot.table.model.motion import BallStart
 from billiard_shot.table.run.effects import table_on
 from billiard_shot.table.run.layout import ENDLESS, lay_out, table_of
 from billiard_shot.table.run.results import count_in_words
-from billiard_shot.table.run.simulate import batch_of, data_frame, TableBatch
+from billiard_shot.table.run.simulate import batch_of, TableBatch
 from billiard_shot.table.run.states import ball_starts, TableStates
 from billiard_shot.table.run.task import BatchRecording, in_threads, joined, run_tables, TableTask
 from billiard_shot.table.strike.placement import (
     ALL_SOLVED,
     FINER,
-    Mapped,
     nothing_around,
     reaching_speed,
+    StrikePolynomials,
     Strokes,
     Surroundings,
     surroundings_of,
@@ -51,7 +51,7 @@ class Accuracy(NamedTuple):
 USUAL_ACCURACY = Accuracy(DEFAULT_SHOT_TOLERANCE)
 
 
-class Setting(NamedTuple):
+class PreparedScene(NamedTuple):
     """
     All that strokes depend on, beside themselves.
 
@@ -60,7 +60,7 @@ class Setting(NamedTuple):
     model : StrikeModel
         Ball, cue and cloth.
     table : TableParams
-    around : Surroundings
+    obstacles : Surroundings
         What a cue may have no room for: such a stroke is refused.
     cue : CueParams
         What impacts with the cue depend on.
@@ -75,7 +75,7 @@ class Setting(NamedTuple):
 
     model: StrikeModel
     table: TableParams
-    around: Surroundings
+    obstacles: Surroundings
     cue: CueParams
     names: tuple[str, ...]
     starts: NDArray[np.void]
@@ -83,36 +83,36 @@ class Setting(NamedTuple):
 
 
 @lru_cache(maxsize=64)
-def setting_of(scene: Scene) -> Setting:
+def prepared_scene(scene: Scene) -> PreparedScene:
     """Collect what a scene means to compiled code, with the effects that it forces on or off."""
     names = (CUE_BALL, *scene.object_balls)
     radius = scene.ball.radius
     places = [scene.cue_ball, *((*scene.balls[name], radius) for name in names[1:])]
-    return _setting(model_of(scene), table_on(scene), surroundings_of(scene), names, places)
+    return _prepared(model_of(scene), table_on(scene), surroundings_of(scene), names, places)
 
 
 @lru_cache(maxsize=64)
-def alone(model: StrikeModel) -> Setting:
-    """Make the setting of a cue ball alone on endless cloth, at the origin."""
+def alone(model: StrikeModel) -> PreparedScene:
+    """Prepare a scene with the cue ball alone on endless cloth, at the origin."""
     places = [(0.0, 0.0, model.surface.radius)]
-    around = nothing_around(model.ferrule_radius, model.surface.radius)
-    return _setting(model, ENDLESS, around, (CUE_BALL,), places)
+    obstacles = nothing_around(model.ferrule_radius, model.surface.radius)
+    return _prepared(model, ENDLESS, obstacles, (CUE_BALL,), places)
 
 
-def _setting(
+def _prepared(
     model: StrikeModel,
     table: TableParams,
-    around: Surroundings,
+    obstacles: Surroundings,
     names: tuple[str, ...],
     places: Sequence[Triple],
-) -> Setting:
+) -> PreparedScene:
     starts = ball_starts(1, len(names))
     starts['position'] = places
     cue = cue_params(model, table)
     laid_out = table_of(lay_out(OBJECTS, model.surface, table, cue=cue))
     balls = OBJECTS.from_rows(BallStart, starts[0])
     reaching = reaching_speed(laid_out, balls, 0, len(balls))
-    return Setting(model, table, around, cue, names, starts, reaching)
+    return PreparedScene(model, table, obstacles, cue, names, starts, reaching)
 
 
 def check_place(scene: Scene, centre: Array) -> None:
@@ -123,12 +123,12 @@ def check_place(scene: Scene, centre: Array) -> None:
 
 
 def task_of(
-    setting: Setting,
+    prepared: PreparedScene,
     normals: Array,
     velocities: Array,
     tables: TableStates | None,
     accuracy: Accuracy,
-    mapped: Mapped = ALL_SOLVED,
+    mapped: StrikePolynomials = ALL_SOLVED,
     rules: NDArray[np.void] | None = None,
 ) -> TableTask:
     """
@@ -136,25 +136,25 @@ def task_of(
 
     Parameters
     ----------
-    setting : Setting
+    prepared : PreparedScene
     normals, velocities : (n, 3) float arrays
         As of `Stroke`, but not checked yet.
     tables : TableStates, optional
-        n tables, or one for all strokes, the cue ball first; by default as the setting has them.
+        n tables, or one for all strokes, the cue ball first; by default as the scene has them.
     accuracy : Accuracy
-    mapped : Mapped
+    mapped : StrikePolynomials
         Which strikes come from maps; by default all are solved.
     rules : (balls,) array of BallRule, optional
         As of `TableTask`.
 
     """
     return TableTask(
-        setting.model.surface,
-        setting.table,
-        setting.starts if tables is None else tables.starts(),
+        prepared.model.surface,
+        prepared.table,
+        prepared.starts if tables is None else tables.starts(),
         accuracy.tolerance,
-        cue=setting.cue,
-        strokes=Strokes(normals, velocities, setting.around, mapped, accuracy.checked),
+        cue=prepared.cue,
+        strokes=Strokes(normals, velocities, prepared.obstacles, mapped, accuracy.checked),
         rules=rules,
         fast_rebounds=accuracy.fast_rebounds,
     )
@@ -253,24 +253,17 @@ class StrokeBatch(TableBatch, Shown):
     def __repr__(self) -> str:
         return f'StrokeBatch({count_in_words(self.status, "stroke", self.miscue)})'
 
-    def to_frame(self) -> Any:
-        """
-        Make a pandas DataFrame with a row for each stroke.
-
-        Status, velocity, spin; and what rules ask: the columns of `TableBatch.to_frame`.
-
-        Raises
-        ------
-        ValueError
-            If pandas is not installed.
-
-        """
-        columns: dict[str, Any] = {'status': [Status(each).name for each in self.status.tolist()]}
-        for name in ('velocity', 'spin'):
-            columns |= {f'{name}_{x}': getattr(self, name)[:, i] for i, x in enumerate('xyz')}
-        for name in ('cue_speed', 'duration', 'error_estimate', 'chatter'):
-            columns[name] = getattr(self, name)
-        return data_frame(columns | self.columns())
+    def columns(self) -> dict[str, Any]:
+        """Return the columns of `to_frame`: status, velocity, spin, and those of `TableBatch`."""
+        status = [Status(each).name for each in self.status.tolist()]
+        vectors = {
+            f'{name}_{x}': getattr(self, name)[:, i]
+            for name in ('velocity', 'spin')
+            for i, x in enumerate('xyz')
+        }
+        names = 'cue_speed', 'duration', 'error_estimate', 'chatter'
+        own = {'status': status} | vectors | {name: getattr(self, name) for name in names}
+        return own | super().columns()
 
 
 def stroke_batch(scene: Scene, names: tuple[str, ...], played: BatchRecording) -> StrokeBatch:
@@ -295,7 +288,7 @@ def play(
     velocities: Array,
     tables: TableStates | None = None,
     accuracy: Accuracy = USUAL_ACCURACY,
-    mapped: Mapped = ALL_SOLVED,
+    mapped: StrikePolynomials = ALL_SOLVED,
     workers: int | None = None,
 ) -> StrokeBatch:
     """
@@ -309,7 +302,7 @@ def play(
     tables : TableStates, optional
         n tables, or one for all strokes, the cue ball first; by default the balls of the scene.
     accuracy : Accuracy
-    mapped : Mapped
+    mapped : StrikePolynomials
         Which strikes come from maps; by default all are solved.
     workers : int, optional
         Threads; by default as many as there are cores.
@@ -322,30 +315,30 @@ def play(
     """
     if tables is not None and tables.names[0] != CUE_BALL:
         raise ValueError(f'tables must have {CUE_BALL!r} first, got {", ".join(tables.names)}')
-    count, setting = len(normals), setting_of(scene)
+    count, prepared = len(normals), prepared_scene(scene)
 
     def play_part(rows: slice) -> BatchRecording:
         some, maps = tables, mapped.part(rows)
         if tables is not None and len(tables) > 1:
             some = tables.take(rows)
         return play_by(
-            run_tables, setting, normals[rows], velocities[rows], some, accuracy, mapped=maps
+            run_tables, prepared, normals[rows], velocities[rows], some, accuracy, mapped=maps
         )
 
     parts = in_threads(play_part, count, workers) or [play_part(slice(0, 0))]
-    names = setting.names if tables is None else tables.names
+    names = prepared.names if tables is None else tables.names
     return stroke_batch(scene, names, joined(parts))
 
 
 def play_by(
     run: Callable[[TableTask], BatchRecording],
-    setting: Setting,
+    prepared: PreparedScene,
     normals: Array,
     velocities: Array,
     tables: TableStates | None,
     accuracy: Accuracy,
     *,
-    mapped: Mapped = ALL_SOLVED,
+    mapped: StrikePolynomials = ALL_SOLVED,
     rules: NDArray[np.void] | None = None,
 ) -> BatchRecording:
     """
@@ -356,15 +349,15 @@ def play_by(
     run : callable
         How much is recorded: `run_tables`, `run_recorded` or, of the last stroke,
         `run_with_events`.
-    setting : Setting
+    prepared : PreparedScene
     normals, velocities, tables, accuracy, mapped
         As of `play`.
     rules : (balls,) array of BallRule, optional
         As of `TableTask`.
 
     """
-    task = task_of(setting, normals, velocities, tables, accuracy, mapped, rules)
+    task = task_of(prepared, normals, velocities, tables, accuracy, mapped, rules)
     played = run(task)
     if not accuracy.checked:
         return played
-    return with_discontinuities(played, setting.model, normals, velocities, accuracy.tolerance)
+    return with_discontinuities(played, prepared.model, normals, velocities, accuracy.tolerance)

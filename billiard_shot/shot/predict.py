@@ -16,7 +16,7 @@ from billiard_shot.shot.play import (
     DEFAULT_SHOT_TOLERANCE,
     play,
     play_by,
-    setting_of,
+    prepared_scene,
     StrokeBatch,
 )
 from billiard_shot.shot.shot import Shot
@@ -71,11 +71,11 @@ def predict(
     begin = perf_counter()
     tolerance = positive('tolerance', tolerance, 'm')
     centre = _centre(scene, position)
-    setting = setting_of(scene)
-    normals = np.array([stroke.touching(setting.model.tip_curvature).normal])
+    prepared = prepared_scene(scene)
+    normals = np.array([stroke.touching(prepared.model.tip_curvature).normal])
     velocities, accuracy = np.array([stroke.velocity]), Accuracy(tolerance)
     tables = None if position is None else _with_cue_ball(scene, centre)
-    run = play_by(run_with_events, setting, normals, velocities, tables, accuracy)
+    run = play_by(run_with_events, prepared, normals, velocities, tables, accuracy)
     wall_time = perf_counter() - begin
     run.cues.flags.writeable = False
     return Shot(
@@ -87,7 +87,7 @@ def predict(
         Status(int(run.status[0])),
         error_estimate=float(run.error[0]),
         discontinuity=float(run.discontinuity[0]),
-        run=run_of(run, setting.names, wall_time),
+        run=run_of(run, prepared.names, wall_time),
         _cue=run.cues[0],
         _log=run.log,
         _losses=run.losses,
@@ -167,10 +167,10 @@ def _centre(
 
 def _with_cue_ball(scene: Scene, centre: Array) -> TableStates:
     """Return the table of a scene with the cue ball elsewhere."""
-    setting = setting_of(scene)
-    position = setting.starts['position'].copy()
+    prepared = prepared_scene(scene)
+    position = prepared.starts['position'].copy()
     position[0, 0] = centre
-    return TableStates(setting.names, position)
+    return TableStates(prepared.names, position)
 
 
 DIFFERENCE_STEP = 1e-4  # in radii, radians and parts of the speed

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.impact.collide import Phase, read_log
-from billiard_shot.notebook import Shown
+from billiard_shot.notebook import Shown, Tabular
 from billiard_shot.numerics import rounding
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL, in_hand
@@ -33,7 +33,6 @@ from billiard_shot.table.run.results import (
     TableRun,
     Trajectory,
 )
-from billiard_shot.table.run.simulate import data_frame
 from billiard_shot.table.strike import placement
 
 
@@ -82,7 +81,7 @@ def message_of(status: Status, scene: Scene, stroke: Stroke, trajectory: Traject
 def _in_the_way(
     status: Status, scene: Scene, stroke: Stroke, trajectory: Trajectory, elevation: float
 ) -> str:
-    around = placement.surroundings_of(scene)
+    obstacles = placement.surroundings_of(scene)
     touching = stroke.touching(scene.cue.tip_curvature_radius / scene.ball.radius)
     direction = np.array(stroke.velocity) / stroke.speed
     if status == Status.CUE_THROUGH_BALL:
@@ -92,7 +91,7 @@ def _in_the_way(
         names = [f'the {name} cushion' for name in NOSE_NAMES]
         depth_in = placement.depth_in_cushion
     depths = [
-        depth_in(around, i, touching.normal, direction, trajectory.final_position)
+        depth_in(obstacles, i, touching.normal, direction, trajectory.final_position)
         for i in range(len(names))
     ]
     pairs = zip(names, depths, strict=True)
@@ -291,7 +290,7 @@ class Impact:
 
 
 @dataclass(frozen=True, eq=False)
-class Shot(Shown):
+class Shot(Shown, Tabular):
     """
     A predicted shot. Numbers are in SI units and the frame `table`; arrays cannot be changed.
 
@@ -470,22 +469,14 @@ class Shot(Shown):
             balls[CUE_BALL] = in_hand(self.scene, balls)
         return replace(self.scene, balls=balls)
 
-    def to_frame(self) -> Any:
-        """
-        Make a pandas DataFrame with a row for each event: time, kind, balls, place, energies.
-
-        Raises
-        ------
-        ValueError
-            If pandas is not installed.
-
-        """
+    def columns(self) -> dict[str, Any]:
+        """Return the columns of `to_frame`, with a row for each event."""
         rows = [
             (e.time, str(e.kind), ' '.join(e.balls), e.place, *e.position.tolist(), e.energy_after)
             for e in self.events
         ]
         names = 'time', 'kind', 'balls', 'place', 'x', 'y', 'z', 'energy_after'
-        return data_frame({name: [row[i] for row in rows] for i, name in enumerate(names)})
+        return {name: [row[i] for row in rows] for i, name in enumerate(names)}
 
     def plot(self, path: str | Path | None = None) -> Any:
         """

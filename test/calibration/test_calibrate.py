@@ -10,8 +10,8 @@ from simulated import simulated_recording
 from billiard_shot import Scene
 from billiard_shot.calibration import calibrate as module
 from billiard_shot.calibration.calibrate import calibrate
-from billiard_shot.calibration.fit import Problem, sought_in, USUAL_NAMES
-from billiard_shot.calibration.launch import model_of
+from billiard_shot.calibration.fit import FitProblem, sought_in, USUAL_NAMES
+from billiard_shot.calibration.launch import calibration_model
 from billiard_shot.calibration.recording import Frame, Recording
 from billiard_shot.calibration.result import quantiles
 
@@ -148,7 +148,7 @@ def test_a_number_that_acts_by_its_square_is_fitted_as_its_square():
     (fading, *_) = sought = sought_in(scene, [Recording('none', ())], ['table.cushion.fading'])
     assert fading.start == pytest.approx(0.04)
     assert fading.stated(fading.start) == pytest.approx(0.2)
-    problem = Problem(model_of(scene, [Recording('none', ())]), sought, 1.0, map)
+    problem = FitProblem(calibration_model(scene, [Recording('none', ())]), sought, 1.0, map)
     found = problem.model_at(problem.start + np.array([0.05, 0.0, 0.0, 0.0]))
     assert found.scene.table.cushion.fading == pytest.approx(0.3)
 

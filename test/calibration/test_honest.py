@@ -10,8 +10,8 @@ from simulated import simulated_recording
 from billiard_shot import Scene
 from billiard_shot.calibration.calibrate import calibrate, no_gain, unexplained
 from billiard_shot.calibration.estimate import Estimate
-from billiard_shot.calibration.fit import at_bounds, fit, Launch, Problem, search, sought_in
-from billiard_shot.calibration.launch import FIRST_SCALES, FOLLOW, model_of, SIDE, ways_of
+from billiard_shot.calibration.fit import at_bounds, fit, FitProblem, Launch, search_fit, sought_in
+from billiard_shot.calibration.launch import calibration_model, FIRST_SCALES, FOLLOW, SIDE, ways_of
 from billiard_shot.calibration.reader import read_recording, write_csv
 from billiard_shot.calibration.recording import measured_sigma, with_sigma
 from billiard_shot.calibration.result import Check
@@ -70,8 +70,8 @@ def few():
 
 
 def problem_of(recording, names=('cloth.sliding_friction',), horizon=0.8):
-    model = model_of(CAROM, [recording])
-    return Problem(model, sought_in(CAROM, [recording], names), horizon, map)
+    model = calibration_model(CAROM, [recording])
+    return FitProblem(model, sought_in(CAROM, [recording], names), horizon, map)
 
 
 def test_a_launch_in_another_basin_is_left(few):
@@ -86,14 +86,14 @@ def test_a_launch_in_another_basin_is_left(few):
     for number, shot in enumerate(few.shots[:3]):
         samples = samples_of(shot, 1.0, FIT_PERIOD)
         begin = Launch(samples, np.zeros(5 + 2 * len(samples.balls)))
-        best = search(model, [], FIRST_SCALES, 1.0, (begin, (1, number)))
+        best = search_fit(model, [], FIRST_SCALES, 1.0, (begin, (1, number)))
         elsewhere = best.numbers.copy()
         elsewhere[[FOLLOW, SIDE]] *= -1.0
         stuck = replace(best, numbers=elsewhere)
         stuck_errors.append(error(stuck))
-        again = search(model, [], FIRST_SCALES, 1.0, (stuck, (2, number)))
+        again = search_fit(model, [], FIRST_SCALES, 1.0, (stuck, (2, number)))
         assert error(again) < 1.2 * error(best) + 1e-4
-        kept = search(model, [], FIRST_SCALES, 1.0, (best, (3, number)))
+        kept = search_fit(model, [], FIRST_SCALES, 1.0, (best, (3, number)))
         assert np.array_equal(kept.numbers, best.numbers)  # none is clearly better
     assert max(stuck_errors) > 0.02
 
@@ -104,7 +104,7 @@ def test_shots_whose_beginning_no_launch_explains_are_named(few):
     for number, shot in enumerate(few.shots):
         samples = samples_of(shot, 1.0, FIT_PERIOD)
         begin = Launch(samples, np.zeros(5 + 2 * len(samples.balls)))
-        launches.append(search(problem.model, [], FIRST_SCALES, 0.8, (begin, (1, number))))
+        launches.append(search_fit(problem.model, [], FIRST_SCALES, 0.8, (begin, (1, number))))
     found = fit(problem, problem.start, launches, FIRST_SCALES, 0)
     assert unexplained(problem, found) == []
     for launch in launches[:2]:  # the ball is somebody else's

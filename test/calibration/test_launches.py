@@ -9,11 +9,11 @@ from simulated import simulated_recording
 from billiard_shot import Scene
 from billiard_shot.calibration.fit import even_until, Launch
 from billiard_shot.calibration.launch import (
+    CalibrationModel,
     compare,
     DIRECTION,
     FIRST_SCALES,
     FOLLOW,
-    Model,
     PLACES,
     prior_of,
     scales_of,
@@ -28,7 +28,7 @@ from billiard_shot.calibration.search import horizons, middle_launch, search_lau
 
 CAROM = replace(Scene.load('carom'), balls={})
 TURNED = Frame(0.2, -0.1, 0.3, 1.1)
-TABLE, TURNED_TABLE = Model(CAROM, (Frame(),)), Model(CAROM, (TURNED,))
+TABLE, TURNED_TABLE = CalibrationModel(CAROM, (Frame(),)), CalibrationModel(CAROM, (TURNED,))
 
 
 def shot(seed, **options):

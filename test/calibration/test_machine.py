@@ -13,7 +13,7 @@ from billiard_shot.calibration.machine import (
     calibrate_machine,
     check_conventions,
     check_decided,
-    decided,
+    decided_pose,
     NEEDED,
     Strike,
 )
@@ -70,7 +70,7 @@ def told_strikes(draw, count, alignment, one_direction=False):
 def test_intervals_of_twenty_cells_hold_the_truth():
     draw, held = np.random.default_rng(1), []
     for _ in range(20):
-        found = decided(SCENE, list(told_strikes(draw, 20, HIDDEN)))
+        found = decided_pose(SCENE, list(told_strikes(draw, 20, HIDDEN)))
         truth = np.array([getattr(HIDDEN, name) for name in found.names])
         held += (np.abs(found.values - truth) <= found.reach).tolist()
         assert set(NEEDED) <= set(found.names)
@@ -79,14 +79,14 @@ def test_intervals_of_twenty_cells_hold_the_truth():
 
 def test_the_robots_errors_are_found_beside_those_of_the_tracks():
     strikes = list(told_strikes(np.random.default_rng(2), 100, HIDDEN))
-    found = np.sqrt(decided(SCENE, strikes).variances)
+    found = np.sqrt(decided_pose(SCENE, strikes).variances)
     assert found[[0, 4]] == pytest.approx(ROBOT.sigmas(RADIUS)[[0, 4]], rel=0.3)
 
 
 def test_strikes_in_one_direction_do_not_decide_where_the_machine_stands():
     strikes = list(told_strikes(np.random.default_rng(3), 20, HIDDEN, one_direction=True))
     with pytest.raises(ValueError, match=r'strikes must decide machine_x.* only to .* m.*direct'):
-        check_decided(decided(SCENE, strikes))
+        check_decided(decided_pose(SCENE, strikes))
 
 
 def cell(draw, count, alignment):

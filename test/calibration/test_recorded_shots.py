@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 from billiard_shot import Scene
-from billiard_shot.calibration.launch import model_of
+from billiard_shot.calibration.launch import calibration_model
 from billiard_shot.calibration.reader import read_recording
-from billiard_shot.calibration.result import check, quantiles
+from billiard_shot.calibration.result import quantiles, searched_check
 from billiard_shot.calibration.samples import usable_shots
 
 CAROM = Scene.load('carom')
@@ -39,8 +39,8 @@ def test_all_shots_can_be_used(recording):
 
 def test_launches_explain_whole_shots_within_centimetres(recording):
     """A search of other people reached 22 cm in the median, of the cue ball alone."""
-    model = model_of(CAROM, [recording])
+    model = calibration_model(CAROM, [recording])
     usable, *_ = usable_shots(CAROM, [recording])
-    checks = [check(model, np.inf, (each, (1, k))) for k, each in enumerate(usable[:6])]
+    checks = [searched_check(model, np.inf, (each, (1, k))) for k, each in enumerate(usable[:6])]
     assert quantiles(checks)[-1, 1] < 0.05
     assert quantiles(checks)[0, 1] < 0.025

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from billiard_shot import predict, Scene, Stroke
-from billiard_shot.calibration.launch import launch_of, Model, states_of
+from billiard_shot.calibration.launch import CalibrationModel, launch_of, states_of
 from billiard_shot.calibration.reader import read_recording
 from billiard_shot.calibration.recording import Frame
 from billiard_shot.calibration.samples import samples_of
@@ -79,7 +79,7 @@ def test_the_launch_of_a_stroke_is_the_one_that_is_predicted(logged):
     seen = samples_of(read_recording(path).shots[0])
     frame = Frame(0.0, 0.0, 0.4, 1.2)
     turned = replace(seen, rest=frame.to_recording(seen.rest))
-    model = Model(SCENE, (frame,))
+    model = CalibrationModel(SCENE, (frame,))
     states = states_of(model, turned, launch_of(model, turned, STROKE)[np.newaxis])
     assert states.velocity[0, 0, :2] == pytest.approx(shot.velocity[:2], abs=1e-9)
     assert states.spin[0, 0] == pytest.approx(shot.spin, abs=1e-6)

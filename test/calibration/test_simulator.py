@@ -8,9 +8,9 @@ import pytest
 from billiard_shot import predict, Scene, Stroke
 from billiard_shot.calibration.calibrate import calibrate
 from billiard_shot.calibration.launch import (
+    CalibrationModel,
     LEAST_ERRORS,
     LEAST_PLACE_SIGMA,
-    Model,
     PLACES,
     prior_of,
     states_of,
@@ -79,7 +79,7 @@ def test_the_launch_of_a_command_is_that_of_the_stroke_with_its_errors(axis):
     seen = samples_of(replace(shot, stroke=stroke, noise=replace(CAROM.noise, bias=BIAS)))
     launches = np.repeat(prior_of(seen)[0][np.newaxis], 6, axis=0)
     launches[range(1, 6), range(5)] += 1.0
-    states = states_of(Model(scene, (frame,)), seen, launches)
+    states = states_of(CalibrationModel(scene, (frame,)), seen, launches)
     sigmas = np.hypot(CAROM.noise.sigmas(CAROM.ball.radius), LEAST_ERRORS)
     biased = np.add(stroke.offsets, [1e-3 / CAROM.ball.radius, 0.0, 0.0, np.radians(0.5), 0.0])
     for row, error in enumerate(np.concatenate([np.zeros((1, 5)), np.diag(sigmas)])):
@@ -93,7 +93,7 @@ def test_an_exact_command_leaves_the_launch_what_strikes_of_scenes_err(recording
     shot = replace(recording.shots[0], noise=EXACT)
     launches = np.zeros((2, PLACES + 4))
     launches[1, SPEED] = 1.0
-    states = states_of(Model(CAROM, (Frame(),)), samples_of(shot), launches)
+    states = states_of(CalibrationModel(CAROM, (Frame(),)), samples_of(shot), launches)
     speeds = np.linalg.norm(states.velocity[:, 0], axis=-1)
     assert speeds[1] / speeds[0] == pytest.approx(
         1.0 + LEAST_ERRORS[SPEED] / shot.stroke.speed,

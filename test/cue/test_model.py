@@ -16,6 +16,10 @@ from billiard_shot.cli import main
 from billiard_shot.cue.mechanism import (
     Alignment,
     Axis,
+    AZIMUTH_JOINT,
+    BASE_X,
+    BASE_Y,
+    BASE_Z,
     INCLINE,
     Incline,
     JOINTS,
@@ -23,7 +27,14 @@ from billiard_shot.cue.mechanism import (
     MovingPart,
     STROKE,
 )
-from billiard_shot.cue.model import forward_kinematics, joints_of, transforms, urdf_of
+from billiard_shot.cue.model import (
+    forward_kinematics,
+    home,
+    joints_of,
+    transforms,
+    travel_pivot_height,
+    urdf_of,
+)
 
 OTHER = Mechanism(
     reach=0.2,
@@ -183,6 +194,30 @@ def test_masses_come_from_the_mechanism():
     )
     assert inertia.get('ixy') == inertia.get('ixz') == inertia.get('iyz') == '0.0'
     np.testing.assert_allclose(numbers(link.find('visual/geometry/box').get('size')), part.size)
+
+
+@MECHANISMS
+def test_the_centre_of_mass_of_each_link_is_that_of_its_box(mechanism):
+    centres = {joint.child: joint.centre for joint in joints_of(mechanism)}
+    boxes = 0
+    for link in ET.fromstring(urdf_of(mechanism)).findall('link'):
+        if (box := link.find('visual')) is not None:
+            boxes += 1
+            centre = numbers(link.find('inertial/origin').get('xyz'))
+            np.testing.assert_allclose(centre, numbers(box.find('origin').get('xyz')))
+            np.testing.assert_allclose(centre, centres[link.get('name')])
+    assert boxes == len(JOINTS)
+
+
+@MECHANISMS
+def test_at_home_the_tip_is_above_the_middle_of_the_table(mechanism):
+    joints = home(mechanism)
+    tip = forward_kinematics(mechanism, joints)
+    assert joints[BASE_Z] == travel_pivot_height(mechanism, mechanism.base_z.min)
+    assert (joints[[BASE_X, BASE_Y, AZIMUTH_JOINT, STROKE]] == 0.0).all()
+    assert joints[INCLINE] == 0.5 * (mechanism.incline.min + mechanism.incline.max)
+    assert tip.position[1] == pytest.approx(0.0)
+    assert tip.position[2] >= mechanism.travel_height - 1e-9
 
 
 def test_the_cue_is_as_heavy_as_that_of_the_paper():

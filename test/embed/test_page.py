@@ -18,7 +18,7 @@ from billiard_shot.compiler.build import PAGES
 from billiard_shot.embed.scenes import core_folder, export_scene, MODULE
 from billiard_shot.planning.statistics import wilson_interval
 from billiard_shot.scene.player import OFFSETS
-from billiard_shot.shot.play import Accuracy, DEFAULT_SHOT_TOLERANCE, play_by, setting_of
+from billiard_shot.shot.play import Accuracy, DEFAULT_SHOT_TOLERANCE, play_by, prepared_scene
 from billiard_shot.shot.stroke import vectors_of
 from billiard_shot.table.model.motion import Motion
 from billiard_shot.table.run.results import POCKET_NAMES
@@ -47,7 +47,7 @@ def in_node(scene, **asked):
 
 def drawn(scene, count):
     """Random tables and strokes, some that are refused, and some that are none."""
-    setting, draw = setting_of(scene), np.random.default_rng(count)
+    setting, draw = prepared_scene(scene), np.random.default_rng(count)
     present = draw.random((count, len(setting.names))) < draw.choice([0.5, 1.0], (count, 1))
     present[:, 0] = True
     position = np.repeat(setting.starts['position'], count, axis=0)
@@ -75,7 +75,7 @@ def played(scene, tables, offsets):
     for i in range(len(offsets)):
         found = play_by(
             run_with_events,
-            setting_of(scene),
+            prepared_scene(scene),
             *vectors_of(offsets[i : i + 1]),
             tables.take(slice(i, i + 1)),
             Accuracy(DEFAULT_SHOT_TOLERANCE),
@@ -112,7 +112,7 @@ def test_webassembly_gives_the_bits_of_the_library(name, count):
 @needs_node
 def test_a_break_has_the_same_bits_also_if_its_record_outgrows_its_room():
     scene = Scene.load('nine_ball')
-    tables = TableStates(setting_of(scene).names, setting_of(scene).starts['position'])
+    tables = TableStates(prepared_scene(scene).names, prepared_scene(scene).starts['position'])
     way = np.subtract(scene.balls['1'], scene.cue_ball[:2])
     offsets = np.array([[0.0, 0.1, 0.05, math.atan2(way[1], way[0]), 9.0]])
     digests, _ = played(scene, tables, offsets)
@@ -220,7 +220,7 @@ def test_direct_shots_are_those_of_python():
     balls = {'cue': (-0.3, 0.1), '1': (0.2, 0.3), '8': (0.7, -0.2)}
     script = f'return table.shots({json.dumps(balls)}, ["1", "8"]);'
     found = in_node(export_scene(BLOCKED), script=script)
-    names = setting_of(BLOCKED).names
+    names = prepared_scene(BLOCKED).names
     position = np.array([[(*balls[name], BLOCKED.ball.radius) for name in names]])
     expected = shots(BLOCKED, TableStates(names, position), legal=['1', '8'])
     assert len(expected) > 2

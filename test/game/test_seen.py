@@ -10,7 +10,7 @@ from billiard_shot import predict, Scene, Stroke
 from billiard_shot.game.rack import scene_of
 from billiard_shot.game.referee import judge, start
 from billiard_shot.game.state import Call, outcome_of
-from billiard_shot.game.typed import MOVED, possible_rulings, Told, told_outcome
+from billiard_shot.game.typed import MOVED, possible_rulings, ShotReport, told_outcome
 
 SCENE = Scene.load('pool_table')
 
@@ -76,7 +76,7 @@ def test_the_true_ruling_is_among_the_possible_ones(game):
         ruling = judge(state, call, outcome)
         possible = possible_rulings(state, call, outcome.places)
         assert any(ruling.state == each.state for each in possible), (seed, ruling.text)
-        told = Told(met or '', outcome.to_cushion, dict(outcome.pocketed))
+        told = ShotReport(met or '', outcome.to_cushion, dict(outcome.pocketed))
         complete = told_outcome(state, outcome.places, told)
         assert judge(state, call, complete).state == ruling.state
         compared += 1
@@ -95,4 +95,4 @@ def test_the_true_ruling_is_among_the_possible_ones(game):
 def test_what_is_told_is_checked(told, words):
     after = {name: place for name, place in BALLS.items() if name != '1'}
     with pytest.raises(ValueError, match=words):
-        told_outcome(state_of('practice', BALLS), after, Told(**told))
+        told_outcome(state_of('practice', BALLS), after, ShotReport(**told))

@@ -19,7 +19,7 @@ from billiard_shot.game.typed import (
     read_outcome,
     read_place,
     read_shot,
-    Told,
+    ShotReport,
 )
 from billiard_shot.shot.lowest_elevation import refusals_in
 from billiard_shot.shot.stroke import vectors_of
@@ -120,10 +120,10 @@ def test_a_place_and_a_choice():
 
 
 def test_an_outcome():
-    assert read_outcome('met 3, cushion 3 cue, 3 foot_left, double') == Told(
+    assert read_outcome('met 3, cushion 3 cue, 3 foot_left, double') == ShotReport(
         '3', ('3', 'cue'), {'3': 'foot_left'}, True
     )
-    assert read_outcome('met none') == Told()
+    assert read_outcome('met none') == ShotReport()
 
 
 @pytest.mark.parametrize(

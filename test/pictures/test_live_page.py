@@ -26,7 +26,7 @@ from billiard_shot import (
 from billiard_shot.cli import main
 from billiard_shot.embed.scenes import core_script
 from billiard_shot.pictures.view import page_of, page_of_scene
-from billiard_shot.shot.play import setting_of
+from billiard_shot.shot.play import prepared_scene
 from billiard_shot.shot.stroke import read_strokes
 from billiard_shot.table.run.outline import outline_of
 from billiard_shot.table.run.results import POCKET_NAMES
@@ -328,7 +328,7 @@ def test_direct_shots_are_those_on_the_cloth_of_the_page(browser, tmp_path):
         for given in (json.dumps({name: value}), '{}')
     )
     places, radius = page.run('view.state.balls'), scene.ball.radius
-    names = setting_of(scene).names
+    names = prepared_scene(scene).names
     expected = shots(scene, TableStates(names, np.array([[(*places[n], radius) for n in names]])))
     speeds, others = ([shot['stroke']['speed'] for shot in each] for each in (found, usual))
     # the openings of pockets are those on the cloth of the scene

@@ -398,6 +398,7 @@ def test_plans_for_pandas():
     frame = result.to_frame()
     assert frame['success'].tolist() == [each.success for each in result.ranking]
     assert frame.loc[0, 'speed'] == result.best.stroke.speed
+    assert frame.loc[0, 'azimuth_deg'] == math.degrees(result.best.stroke.offsets[3])
 
 
 def test_several_balls_share_one_search():

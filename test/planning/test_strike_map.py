@@ -119,7 +119,7 @@ def test_strokes_among_near_balls_are_mapped_if_they_reach_none():
     scene = Scene.from_dict({'like': 'pool_table', 'balls': balls})
     limits = limits_of(scene, None, NOISE)
     near = problem_of(scene, target_of(scene, {'hit': '8'}), limits, NOISE)
-    limit = near.setting.reaching
+    limit = near.prepared.reaching
     assert limit == pytest.approx(gap / (FARTHEST * SCENE.contacts.cue_ball.duration))
     strokes = cloud((0.0, 0.0, 0.1, 0.0, limit), 400)
     found = mapped(scene, strokes, near.sigmas, slower_than=limit)

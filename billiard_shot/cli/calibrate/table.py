@@ -7,7 +7,7 @@ import sys
 from typing import Any
 
 from billiard_shot.calibration.calibrate import calibrate, HORIZON
-from billiard_shot.calibration.result import Calibration, in_words
+from billiard_shot.calibration.result import Calibration, checks_in_words
 from billiard_shot.cli.output import (
     add_format_arguments,
     Column,
@@ -136,7 +136,7 @@ def _summary(result: Calibration) -> str:
         ('the scene before', result.checks_before),
     ):
         if checks:
-            lines.append(f'{len(checks)} shots held out, by {name}: {in_words(checks)}')
+            lines.append(f'{len(checks)} shots held out, by {name}: {checks_in_words(checks)}')
     lines += result.notes
     lines += [f'ignored: {text}' for text in result.ignored[:MOST_IGNORED]]
     if len(result.ignored) > MOST_IGNORED:

@@ -19,7 +19,7 @@ from billiard_shot.game.ideas import (
     Position,
     pots,
     rate,
-    Rated,
+    Rating,
     safeties,
     variations,
 )
@@ -94,7 +94,7 @@ class Player:
         self._effort, self._plies = positive('effort', effort, ''), plies
         self._safe = safe
         self._seconds = math.inf if seconds is None else positive('seconds', seconds, 's')
-        self._planned: tuple[State, list[Rated], float] | None = None
+        self._planned: tuple[State, list[Rating], float] | None = None
 
     def place(self, state: State) -> tuple[float, float]:
         """Place the cue ball for the stroke that it then plays."""
@@ -147,10 +147,10 @@ class Player:
             return self._seconds
         return min(self._seconds, state.time_left[state.player] / TIME_RESERVE)
 
-    def _in_time(self, state: State, start: float) -> list[Rated]:
+    def _in_time(self, state: State, start: float) -> list[Rating]:
         """Think until the next step would end too late after the start [s]."""
         end, before, longest = start + self._limit(state), perf_counter(), 0.0
-        best: list[Rated] = []
+        best: list[Rating] = []
         for step in self._steps(state):
             best = step
             now = perf_counter()
@@ -159,11 +159,11 @@ class Player:
                 break
         return best
 
-    def _steps(self, state: State) -> Iterator[list[Rated]]:
+    def _steps(self, state: State) -> Iterator[list[Rating]]:
         """Yield the best strokes so far after each step, the best one first."""
         places = places_to_try(state) if state.places_cue_ball else None
         direct = direct_shots(self._scene, state, places)
-        best: list[Rated] = []
+        best: list[Rating] = []
         ideas: list[Idea] = []
         for position, which in self._positions(state, places, direct):
             if not best:
@@ -185,7 +185,7 @@ class Player:
         # Only the best idea of each kind was tried with new errors: the others may be overrated.
         chosen, others = best[:1], best[1:]
         for kind in kinds:
-            found: list[Rated] = []
+            found: list[Rating] = []
             for found in self._tried(kind(position), OTHERS):
                 yield _by_value(chosen + found[:1]) + others
             chosen += found[:1]
@@ -206,11 +206,11 @@ class Player:
             there = state.with_cue_ball(*places[direct.table[number]].tolist())
             yield Position(there, scene_of(self._scene, there)), np.array([number])
 
-    def _tried(self, ideas: list[Idea], finalists: int) -> Iterator[list[Rated]]:
+    def _tried(self, ideas: list[Idea], finalists: int) -> Iterator[list[Rating]]:
         """Try the best ideas with errors, then the best of these with more errors."""
         ranked = sorted(ideas, key=lambda idea: -idea.guess)[: self._many(finalists)]
         errors = self._errors(ERRORS_EACH)
-        rated: list[Rated] = []
+        rated: list[Rating] = []
         for i in range(0, len(ranked), IDEAS_AT_ONCE):
             rated = _by_value(rated + rate(ranked[i : i + IDEAS_AT_ONCE], errors, self._plies))
             yield rated
@@ -221,7 +221,7 @@ class Player:
             rated = rated + rate(some, errors, self._plies)
             yield _by_value(rated)
         rated, errors = _by_value(rated), self._errors(MORE_SAMPLES)
-        again: list[Rated] = []
+        again: list[Rating] = []
         for each in rated[:WINNERS]:
             again += rate([each.turned], errors, self._plies)
             yield rated
@@ -238,7 +238,7 @@ class Player:
         return self._draw.standard_normal((self._many(count), 5)) * sigmas
 
 
-def _decision(rated: list[Rated]) -> Decision:
+def _decision(rated: list[Rating]) -> Decision:
     best = rated[0]
     call = best.idea.call
     reason = f'{_in_words(call)}: wins in {100.0 * best.value:.0f} %'
@@ -253,14 +253,14 @@ def _decision(rated: list[Rated]) -> Decision:
     )
 
 
-def _as_it_is(position: Position, direct: DirectShots, number: int) -> Rated:
+def _as_it_is(position: Position, direct: DirectShots, number: int) -> Rating:
     """Take a direct shot by its chance, without having tried it."""
     chance = direct.chance[number]
     state = position.state
     left = _shots_left(position.scene, state)
     won = float(at_table(np.array([chance]), state.game, left)[0])
     idea = Idea(position, direct.offsets[number], call_of(direct, number), won)
-    return Rated(idea, won, float(chance))
+    return Rating(idea, won, float(chance))
 
 
 def _shots_left(scene: Scene, state: State) -> NDArray[np.int64]:
@@ -269,7 +269,7 @@ def _shots_left(scene: Scene, state: State) -> NDArray[np.int64]:
     return shots_left(scene, [state], np.zeros(1, np.int64), placed(state, anywhere))
 
 
-def _by_value(rated: list[Rated]) -> list[Rated]:
+def _by_value(rated: list[Rating]) -> list[Rating]:
     return sorted(rated, key=lambda each: -each.value)
 
 

@@ -24,7 +24,7 @@ from billiard_shot.table.contacts.gather import (
     BALL_IMPACT_TOLERANCE,
     ClusterImpact,
     CUE_IMPACT_TOLERANCE,
-    ImpactRoom,
+    ImpactWorkspace,
 )
 from billiard_shot.table.model.cue import CLOTH_CONTACT, CueRecord, MAX_HITS, TIP_CONTACT
 from billiard_shot.table.model.geometry import BallClothParams, TableModel
@@ -53,7 +53,7 @@ LONGEST_IMPACT = 10e-3  # s: then the cloth would have slowed sliding balls by 0
 STILL_SPEED = 1e-12  # of the fastest ball's speed: what rounding leaves of a ball at rest
 
 
-def room_for(storage: Storage, balls: int, with_cue: bool) -> ImpactRoom:
+def room_for(storage: Storage, balls: int, with_cue: bool) -> ImpactWorkspace:
     """Make room for the impacts on a table of so many balls; none for a record of participants."""
     count = min(balls * (balls - 1) // 2, MOST_CONTACTS * balls)
     count += 3 + MOST_EDGES * min(balls, 3) if with_cue else 0
@@ -61,9 +61,9 @@ def room_for(storage: Storage, balls: int, with_cue: bool) -> ImpactRoom:
     return impact_room(storage, balls, balls + (count if with_cue else 0), count)
 
 
-def impact_room(storage: Storage, balls: int, bodies: int, count: int) -> ImpactRoom:
+def impact_room(storage: Storage, balls: int, bodies: int, count: int) -> ImpactWorkspace:
     """Make room for impacts of so many balls, bodies and contacts."""
-    return ImpactRoom(
+    return ImpactWorkspace(
         storage.array(np.zeros(balls, np.int64)),
         scratch(storage, count),
         storage.records(BodyState, bodies),
@@ -83,7 +83,7 @@ def impact_room(storage: Storage, balls: int, bodies: int, count: int) -> Impact
 
 
 @inner
-def solve(table: TableModel, impact: ClusterImpact, room: ImpactRoom) -> None:
+def solve(table: TableModel, impact: ClusterImpact, room: ImpactWorkspace) -> None:
     """Solve an impact after `gather`."""
     params, with_cue = table.params, impact.with_cue
     room.tolerance[0] = CUE_IMPACT_TOLERANCE if with_cue else BALL_IMPACT_TOLERANCE
@@ -96,7 +96,7 @@ def solve(table: TableModel, impact: ClusterImpact, room: ImpactRoom) -> None:
 def solve_bodies(
     params: BallClothParams,
     impact: ClusterImpact,
-    room: ImpactRoom,
+    room: ImpactWorkspace,
     moves: bool,
     interval: float,
     swing: float,
@@ -132,7 +132,7 @@ def solve_bodies(
 
 
 @inner
-def settle(table: TableModel, s: Simulation, impact: ClusterImpact, room: ImpactRoom) -> None:
+def settle(table: TableModel, s: Simulation, impact: ClusterImpact, room: ImpactWorkspace) -> None:
     """
     Stop what only rounding moves, and put balls onto the cloth.
 
@@ -164,7 +164,7 @@ def settle(table: TableModel, s: Simulation, impact: ClusterImpact, room: Impact
 
 @inner
 def shift_ball(
-    impact: ClusterImpact, room: ImpactRoom, member: int, x: float, y: float, z: float
+    impact: ClusterImpact, room: ImpactWorkspace, member: int, x: float, y: float, z: float
 ) -> None:
     """Shift a ball, and the tip of the cue with the ball that it hits."""
     place = room.results.bodies[member].position
@@ -179,7 +179,7 @@ def shift_ball(
 
 
 @inner
-def set_apart(table: TableModel, impact: ClusterImpact, room: ImpactRoom) -> bool:
+def set_apart(table: TableModel, impact: ClusterImpact, room: ImpactWorkspace) -> bool:
     """
     Move balls apart that are still dented, and out of cushions; return whether none overlap then.
 
@@ -208,7 +208,9 @@ def set_apart(table: TableModel, impact: ClusterImpact, room: ImpactRoom) -> boo
 
 
 @inner
-def leave_edge(table: TableModel, impact: ClusterImpact, room: ImpactRoom, contact: int) -> bool:
+def leave_edge(
+    table: TableModel, impact: ClusterImpact, room: ImpactWorkspace, contact: int
+) -> bool:
     """Move a ball sideways out of the edge of a contact; return whether it was in it."""
     radius, member = table.params.radius, room.properties[contact].body_a
     place = room.results.bodies[member].position
@@ -223,7 +225,7 @@ def leave_edge(table: TableModel, impact: ClusterImpact, room: ImpactRoom, conta
 
 
 @inner
-def takes_part(impact: ClusterImpact, room: ImpactRoom, member: int) -> bool:
+def takes_part(impact: ClusterImpact, room: ImpactWorkspace, member: int) -> bool:
     """Whether a contact of a member closed. The cue hits ball 0 in any case."""
     if member == 0 and impact.with_cue:
         return True
@@ -235,7 +237,7 @@ def takes_part(impact: ClusterImpact, room: ImpactRoom, member: int) -> bool:
 
 
 @inner
-def first_partner(impact: ClusterImpact, room: ImpactRoom, member: int) -> int:
+def first_partner(impact: ClusterImpact, room: ImpactWorkspace, member: int) -> int:
     """Ball that a member met: one that began the impact, or the one that it pushed most."""
     found, most = NOTHING, -1.0
     for j in range(impact.contacts):
@@ -289,7 +291,7 @@ def conclude(
     cues: list[CueRecord],
     number: int,
     impact: ClusterImpact,
-    room: ImpactRoom,
+    room: ImpactWorkspace,
 ) -> None:
     """Let balls and cue go on after an impact is solved; `resume` begins the balls' segments."""
     p, outcome = s.progress, room.results.outcomes[0]
@@ -321,7 +323,7 @@ def write_exit(params: BallClothParams, ball: BallRecord, body: BodyState) -> fl
 
 @inner
 def let_go(
-    table: TableModel, s: Simulation, impact: ClusterImpact, room: ImpactRoom, lasting: float
+    table: TableModel, s: Simulation, impact: ClusterImpact, room: ImpactWorkspace, lasting: float
 ) -> None:
     """Let the balls of an impact go on, and log it."""
     p, params, first = s.progress, table.params, s.balls[impact.ball]
@@ -348,7 +350,7 @@ def let_go(
 
 
 @inner
-def note_meetings(s: Simulation, impact: ClusterImpact, room: ImpactRoom) -> None:
+def note_meetings(s: Simulation, impact: ClusterImpact, room: ImpactWorkspace) -> None:
     """Note which balls ball 0 met in an impact."""
     for j in range(impact.contacts):
         c = room.properties[j]
@@ -358,7 +360,7 @@ def note_meetings(s: Simulation, impact: ClusterImpact, room: ImpactRoom) -> Non
 
 @inner
 def release_cue(
-    s: Simulation, cue: CueRecord, impact: ClusterImpact, room: ImpactRoom, lasting: float
+    s: Simulation, cue: CueRecord, impact: ClusterImpact, room: ImpactWorkspace, lasting: float
 ) -> None:
     """Let the cue go on beside the ball that it hit."""
     p, tip, ball = s.progress, room.results.bodies[impact.members], s.balls[0]

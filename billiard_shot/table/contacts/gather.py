@@ -50,7 +50,7 @@ from billiard_shot.table.motion.boundaries import edge_at, FACINGS, HOLES, proje
 BALL_IMPACT_TOLERANCE, CUE_IMPACT_TOLERANCE = 1e-7, 1e-9
 
 
-class ImpactRoom(NamedTuple):
+class ImpactWorkspace(NamedTuple):
     """Room for an impact of N contacts at most."""
 
     members: Any  # (balls,) ints: the balls that take part
@@ -75,7 +75,7 @@ class Meeting(NamedTuple):
 
 
 class ClusterImpact(NamedTuple):
-    """An impact of several bodies, whose bodies and contacts are in an `ImpactRoom`."""
+    """An impact of several bodies, whose bodies and contacts are in an `ImpactWorkspace`."""
 
     time: float  # s; this and the next two as of its meeting
     ball: int
@@ -95,7 +95,7 @@ def gather(
     cues: list[CueRecord],
     number: int,
     meeting: Meeting,
-    room: ImpactRoom,
+    room: ImpactWorkspace,
 ) -> ClusterImpact:
     """
     Write the bodies and contacts of the impact that begins as bodies meet.
@@ -175,7 +175,9 @@ def write_ball(params: BallClothParams, ball: BallRecord, time: float, body: Bod
 
 
 @inner
-def connect(table: TableModel, room: ImpactRoom, contact: int, a: int, b: int, gap: float) -> None:
+def connect(
+    table: TableModel, room: ImpactWorkspace, contact: int, a: int, b: int, gap: float
+) -> None:
     """Write a contact of two bodies at a distance `gap` [m], with the vertical as its tangent."""
     touch = gap <= max(table.numbers.contact_gap, 0.0)
     write_contact(room.properties[contact], a, b, 0.0 if touch else gap)
@@ -189,7 +191,7 @@ def add_cue(
     cue: CueRecord,
     begin: float,
     members: int,
-    room: ImpactRoom,
+    room: ImpactWorkspace,
 ) -> None:
     """Add tip and cloth after the balls, and their contacts with ball 0."""
     q, radius = table.cue, table.params.radius
@@ -210,7 +212,7 @@ def add_cue(
 
 @inner
 def add_shaft(
-    table: TableModel, cue: CueRecord, members: int, contacts: int, room: ImpactRoom
+    table: TableModel, cue: CueRecord, members: int, contacts: int, room: ImpactWorkspace
 ) -> int:
     """Add the shaft of the cue after all contacts; return the number of shafts."""
     q, work = table.cue, room.scratch.workspace
@@ -226,7 +228,12 @@ def add_shaft(
 
 @inner
 def add_pairs(
-    table: TableModel, room: ImpactRoom, members: int, contacts: int, reach: float, with_cue: bool
+    table: TableModel,
+    room: ImpactWorkspace,
+    members: int,
+    contacts: int,
+    reach: float,
+    with_cue: bool,
 ) -> int:
     """Add the contacts of balls with each other; return the number of contacts."""
     n, diameter = table.numbers, 2.0 * table.params.radius
@@ -258,7 +265,7 @@ def add_pairs(
 @inner
 def add_edges(
     table: TableModel,
-    room: ImpactRoom,
+    room: ImpactWorkspace,
     member: int,
     members: int,
     bodies: int,

@@ -14,7 +14,7 @@ from billiard_shot.records import Floats
 from billiard_shot.status import BUDGET_EXCEEDED, NEVER_RESTS, OFF_TABLE, OK
 from billiard_shot.table.contacts.balls import predict_collisions
 from billiard_shot.table.contacts.cluster import conclude, solve
-from billiard_shot.table.contacts.gather import gather, ImpactRoom, Meeting
+from billiard_shot.table.contacts.gather import gather, ImpactWorkspace, Meeting
 from billiard_shot.table.model.cue import chatters, CueRecord, THE_CUE
 from billiard_shot.table.model.geometry import BallClothParams, TableModel
 from billiard_shot.table.model.motion import (
@@ -46,8 +46,8 @@ from billiard_shot.table.run.event_handlers import (
 PLACED = -math.inf  # s, in place of the end of a run: cues are placed, and nothing is simulated
 
 
-class Window(NamedTuple):
-    """How far tables are simulated, and when the places of their balls are noted."""
+class RunLimits(NamedTuple):
+    """What ends the runs of tables, and the times at which they return the places of the balls."""
 
     until: float  # s; inf: until all balls rest; 0: only strikes are simulated; or PLACED
     max_events: int  # of a table
@@ -99,7 +99,7 @@ def ending(params: BallClothParams, ball: BallRecord) -> int:
 
 
 @inner
-def note_places(s: Simulation, window: Window, number: int, noted: int, time: float) -> int:
+def note_places(s: Simulation, window: RunLimits, number: int, noted: int, time: float) -> int:
     """
     Note where the balls of a table are at the times of a window before the given one.
 
@@ -146,8 +146,8 @@ def run_events(
     s: Simulation,
     cues: list[CueRecord],
     number: int,
-    window: Window,
-    room: ImpactRoom,
+    window: RunLimits,
+    room: ImpactWorkspace,
 ) -> tuple[float, int]:
     """
     Simulate until nothing moves, or only endlessly, or all is decided, or the window ends.

@@ -12,7 +12,7 @@ from billiard_shot.numerics import rounding
 from billiard_shot.records import record, Storage, Vector3
 from billiard_shot.status import INFINITE_SEQUENCE, INVALID_REQUEST, OK, TOLERANCE_NOT_REACHED
 from billiard_shot.table.contacts.cluster import room_for
-from billiard_shot.table.contacts.gather import ImpactRoom
+from billiard_shot.table.contacts.gather import ImpactWorkspace
 from billiard_shot.table.model.cue import CueRecord
 from billiard_shot.table.model.geometry import BallClothParams, GATE_AUTO, PackedTable, TableModel
 from billiard_shot.table.model.motion import (
@@ -30,7 +30,7 @@ from billiard_shot.table.model.motion import (
     start_ball,
     stop_ball,
 )
-from billiard_shot.table.run.event_loop import PLACED, run_events, Window
+from billiard_shot.table.run.event_loop import PLACED, run_events, RunLimits
 from billiard_shot.table.run.layout import ENDLESS, lay_out
 from billiard_shot.table.run.states import ball_starts, MIN_HEIGHT
 from billiard_shot.table.strike.placement import (
@@ -158,8 +158,8 @@ def run_table(
     strokes: Strokes,
     number: int,
     tolerance: float,
-    window: Window,
-    room: ImpactRoom,
+    window: RunLimits,
+    room: ImpactWorkspace,
 ) -> None:
     """Let balls and cue of a table begin, and simulate it to its end, for a tolerance [m]."""
     count, cues, outcome, n = len(s.balls), tables.cues, tables.ends[number], layout.numbers[0]
@@ -218,8 +218,8 @@ def play_table(
     strokes: Strokes,
     number: int,
     tolerance: float,
-    window: Window,
-    room: ImpactRoom,
+    window: RunLimits,
+    room: ImpactWorkspace,
 ) -> None:
     """
     Play the stroke at a table, if there is one, and decide how it ended.
@@ -269,7 +269,7 @@ def _example(storage: Storage) -> tuple[Any, ...]:
         ),
         NO_STROKES.stored(storage, 1),
         1.0,
-        Window(
+        RunLimits(
             math.inf,
             1,
             storage.records(BallRule, 1),
@@ -287,10 +287,10 @@ def play_tables(
     tables: Tables,
     strokes: Strokes,
     tolerance: float,
-    window: Window,
+    window: RunLimits,
     layout: PackedTable,
     simulation: SimulationRoom,
-    room: ImpactRoom,
+    room: ImpactWorkspace,
 ) -> None:
     """
     Play a stroke at each of many tables, or simulate them without, one after the other.
@@ -309,12 +309,12 @@ def play_tables(
     tolerance : float
         Of trajectories after strokes [m]. Without strokes, hops that move a ball by less than
         this are left out.
-    window : Window
+    window : RunLimits
         Its places are written.
     layout : PackedTable
     simulation : SimulationRoom
         For the present table; at first `room_for_simulation`.
-    room : ImpactRoom
+    room : ImpactWorkspace
         For impacts of several bodies; afterwards it has the last one.
 
     """

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from billiard_shot.notebook import Tabular
 from billiard_shot.scene import Scene, SceneLike
 from billiard_shot.scene.fields import as_floats, LARGEST, positive, whole
 from billiard_shot.scene.scene import rows_of_parameters
@@ -38,29 +39,8 @@ from billiard_shot.table.run.task import (
 )
 
 
-def data_frame(columns: Mapping[str, Any]) -> Any:
-    """
-    Make a pandas DataFrame, with NaN for numbers that are infinite.
-
-    An infinite time is that of an event that did not happen; `describe` leaves NaN out of means.
-
-    Raises
-    ------
-    ValueError
-        If pandas is not installed, with the command that installs it.
-
-    """
-    try:
-        import pandas as pd
-    except ImportError:
-        raise ValueError(
-            "pandas is not installed; it is an extra: pip install 'billiard_shot[frame]'"
-        ) from None
-    return pd.DataFrame(columns).replace([np.inf, -np.inf], np.nan)
-
-
 @dataclass(frozen=True, eq=False)
-class TableBatch:
+class TableBatch(Tabular):
     """Runs of many tables; row by row what `simulate` gives. Balls in the order of `names`."""
 
     names: tuple[str, ...]
@@ -116,29 +96,13 @@ class TableBatch:
             fallen[t][self.names[i]] = POCKET_NAMES[self.pocket[t, i]]
         return tuple(fallen)
 
-    def to_frame(self) -> Any:
+    def columns(self) -> dict[str, Any]:
         """
-        Make a pandas DataFrame with a row for each table; places in m, times in s.
+        Return the columns of `to_frame`, with a row for each table.
 
         `pocketed`, `off_table` and `to_cushion` are tuples of names, `first_contact` is a name or
         None, and `first_contact_time` is NaN without a first contact.
-
-        Raises
-        ------
-        ValueError
-            If pandas is not installed.
-
         """
-        return data_frame(
-            {
-                'status': [Status(each).name for each in self.status.tolist()],
-                'duration': self.duration,
-                **self.columns(),
-            }
-        )
-
-    def columns(self) -> dict[str, Any]:
-        """Return the columns of `to_frame` that tell what the balls did."""
         names = np.array([*self.names, None], object)
         places = {
             f'{name}_{x}': self.final_position[:, i, k]
@@ -146,6 +110,8 @@ class TableBatch:
             for k, x in enumerate('xy')
         }
         return {
+            'status': [Status(each).name for each in self.status.tolist()],
+            'duration': self.duration,
             'first_contact': names[self.first_met[:, 0]],
             'first_contact_time': self.first_contact_time,
             'pocketed': [tuple(each) for each in self.pocketed],

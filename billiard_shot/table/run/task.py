@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from billiard_shot.impact.state import PhaseLog
 from billiard_shot.records import as_rows, ROWS, Storage
 from billiard_shot.table.contacts.cluster import room_for
-from billiard_shot.table.contacts.gather import ImpactRoom
+from billiard_shot.table.contacts.gather import ImpactWorkspace
 from billiard_shot.table.model.cue import CueParams, CueRecord, NO_CUE
 from billiard_shot.table.model.geometry import BallClothParams, TableParams
 from billiard_shot.table.model.motion import (
@@ -26,7 +26,7 @@ from billiard_shot.table.model.motion import (
     SegmentRecord,
     SimulationRoom,
 )
-from billiard_shot.table.run.event_loop import Window
+from billiard_shot.table.run.event_loop import RunLimits
 from billiard_shot.table.run.layout import lay_out
 from billiard_shot.table.run.play_tables import BallOutcome, play_tables, TableOutcome, Tables
 from billiard_shot.table.run.results import EventLog
@@ -67,7 +67,7 @@ class TableTask(NamedTuple):
         Rebounds of lying balls are interpolated (cushion_models.py): a fiftieth of the cost, and
         an error of 0.5 % of the ball's speed in 95 % of rebounds. Interpreted code solves all.
     until : float
-        Time at which runs end if balls still move [s], see `Window`.
+        Time at which runs end if balls still move [s], see `RunLimits`.
     times : tuple of float
         Times at which the places of the balls are noted [s], ascending.
 
@@ -177,7 +177,7 @@ def run_recorded(task: TableTask) -> BatchRecording:
         capacity = needed
 
 
-Rooms: TypeAlias = tuple[SimulationRoom, ImpactRoom]
+Rooms: TypeAlias = tuple[SimulationRoom, ImpactWorkspace]
 
 
 class _Thread(threading.local):
@@ -270,12 +270,12 @@ def packed(
     rules = storage.from_rows(BallRule, NO_RULES if task.rules is None else task.rules)
     places = storage.zeros(tables, count, len(task.times), 3)
     times = storage.array(np.array(task.times, float))
-    window = Window(task.until, task.max_events, rules, times, places)
+    window = RunLimits(task.until, task.max_events, rules, times, places)
     return played, strokes, task.tolerance, window, layout, *rooms
 
 
 def strike_details(
-    cues: NDArray[np.void], room: ImpactRoom
+    cues: NDArray[np.void], room: ImpactWorkspace
 ) -> tuple[NDArray[np.void], NDArray[np.float64]]:
     """Return the log and the losses of the last strike, see `BatchRecording`."""
     phases, count = int(cues['phases'][-1]), int(cues['contacts'][-1])

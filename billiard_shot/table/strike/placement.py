@@ -220,7 +220,7 @@ EXPONENTS = np.array(
 TERMS = len(EXPONENTS)
 
 
-class Mapped(NamedTuple):
+class StrikePolynomials(NamedTuple):
     """
     Strikes of n strokes by polynomials of k cells, see planning/within_noise.py.
 
@@ -243,20 +243,20 @@ class Mapped(NamedTuple):
     half_sizes: Array
     coefficients: Array
 
-    def part(self, part: slice | NDArray[np.integer]) -> 'Mapped':
+    def part(self, part: slice | NDArray[np.integer]) -> 'StrikePolynomials':
         """Return some of the strokes; one stands for all."""
         if len(self.number) == 1:
             return self
         return self._replace(strokes=self.strokes[part], number=self.number[part])
 
-    def stored(self, storage: Storage) -> 'Mapped':
+    def stored(self, storage: Storage) -> 'StrikePolynomials':
         """Return them as compiled functions take them."""
-        return Mapped(*map(storage.array, self))
+        return StrikePolynomials(*map(storage.array, self))
 
 
 SOLVED = -1
 _NO_PIECES = np.zeros((0, len(VARIED)))
-ALL_SOLVED = Mapped(
+ALL_SOLVED = StrikePolynomials(
     np.zeros((1, 5)), np.array([SOLVED]), _NO_PIECES, _NO_PIECES, np.zeros((0, TERMS, MOTION))
 )
 """For any number of strokes whose strikes are to be solved."""
@@ -264,7 +264,7 @@ ALL_SOLVED = Mapped(
 
 @inner
 def write_motion(
-    stroke: Vector, mapped: Mapped, cell: int, velocity: Floats, spin: Floats
+    stroke: Vector, mapped: StrikePolynomials, cell: int, velocity: Floats, spin: Floats
 ) -> float:
     """Write the motion of the ball after a stroke by a cell, and return the speed of the cue."""
     middle, half, coefficients = (
@@ -322,9 +322,9 @@ class Strokes(NamedTuple):
         From the centre of the ball to where the tip touches it, of any length.
     velocities : (n, 3) float array
         Of the cue [m/s]; NaN where there is no stroke.
-    around : Surroundings
+    obstacles : Surroundings
         Compiled functions write its balls.
-    mapped : Mapped
+    mapped : StrikePolynomials
         Of the n strokes, or of one that stands for all. Strikes that may reach others are solved.
     checked : bool
         Whether errors are estimated, and a stroke that does not keep its tolerance is told.
@@ -333,8 +333,8 @@ class Strokes(NamedTuple):
 
     normals: Array
     velocities: Array
-    around: Surroundings
-    mapped: Mapped = ALL_SOLVED
+    obstacles: Surroundings
+    mapped: StrikePolynomials = ALL_SOLVED
     checked: bool = False
 
     def stored(self, storage: Storage, balls: int) -> 'Strokes':
@@ -342,7 +342,7 @@ class Strokes(NamedTuple):
         return Strokes(
             storage.array(self.normals),
             storage.array(self.velocities),
-            self.around._replace(balls=storage.zeros(balls - 1, 2)),
+            self.obstacles._replace(balls=storage.zeros(balls - 1, 2)),
             self.mapped.stored(storage),
             self.checked,
         )
@@ -354,7 +354,7 @@ NO_STROKES = Strokes(_NO_VECTORS, _NO_VECTORS, nothing_around(0.0, 1.0))
 
 
 @inner
-def refusal(around: Surroundings, n: Vector, c: Vector, position: Vector) -> int:
+def refusal(obstacles: Surroundings, n: Vector, c: Vector, position: Vector) -> int:
     """Why a stroke along c, at the normal n, cannot be played, or OK."""
     cosine = dot(n, c)
     if not -inf < cosine < inf:
@@ -363,11 +363,11 @@ def refusal(around: Surroundings, n: Vector, c: Vector, position: Vector) -> int
         return MISS
     if c[2] > LEVEL:
         return NEGATIVE_ELEVATION
-    height = around.ball_radius * (1.0 + n[2])
-    lowest = height - around.ferrule_radius * sqrt(max(1.0 - c[2] * c[2], 0.0))
+    height = obstacles.ball_radius * (1.0 + n[2])
+    lowest = height - obstacles.ferrule_radius * sqrt(max(1.0 - c[2] * c[2], 0.0))
     if lowest < -ROUNDED * height:
         return CUE_THROUGH_CLOTH
-    return clearance(around, n, c, position)
+    return clearance(obstacles, n, c, position)
 
 
 @inner
@@ -433,16 +433,16 @@ def place_cue(
         Written; if the stroke is refused only its status.
 
     """
-    ball, around, mapped = balls[first], strokes.around, strokes.mapped
-    for i in range(len(around.balls)):
-        other, place = balls[first + 1 + i], around.balls[i]
+    ball, obstacles, mapped = balls[first], strokes.obstacles, strokes.mapped
+    for i in range(len(obstacles.balls)):
+        other, place = balls[first + 1 + i], obstacles.balls[i]
         for k in range(2):
             place[k] = nan if other.absent else other.position[k]
     speed = unit(strokes.velocities[number], cue.axis)
     unit(strokes.normals[number], cue.normal)
     cue.status = MISS
     if isfinite(ball.position[0]) and not ball.absent:
-        cue.status = refusal(around, cue.normal, cue.axis, ball.position)
+        cue.status = refusal(obstacles, cue.normal, cue.axis, ball.position)
     if cue.status != OK:
         for k in range(3):
             cue.axis[k] = cue.normal[k] = 0.0

@@ -30,7 +30,7 @@ from billiard_shot.table.contacts.gather import (
     ClusterImpact,
     CUE_IMPACT_TOLERANCE,
     gather,
-    ImpactRoom,
+    ImpactWorkspace,
     Meeting,
 )
 from billiard_shot.table.model.cue import (
@@ -62,7 +62,7 @@ def strike(
     s: Simulation,
     cues: list[CueRecord],
     number: int,
-    room: ImpactRoom,
+    room: ImpactWorkspace,
 ) -> None:
     """Let the cue of a table strike ball 0; others that it does not reach take no part."""
     cue = cues[number]
@@ -76,7 +76,7 @@ def strike(
 
 @inner
 def solve_strike(
-    table: TableModel, s: Simulation, cues: list[CueRecord], number: int, room: ImpactRoom
+    table: TableModel, s: Simulation, cues: list[CueRecord], number: int, room: ImpactWorkspace
 ) -> ClusterImpact:
     """Solve a strike as an impact of cue, ball 0, cloth, and the others that may take part."""
     q, cue = table.cue, cues[number]
@@ -109,14 +109,14 @@ def swing_time(q: CueParams) -> float:
 
 
 @inner
-def miscues(q: CueParams, cue: CueRecord, room: ImpactRoom) -> bool:
+def miscues(q: CueParams, cue: CueRecord, room: ImpactWorkspace) -> bool:
     """Whether the tip slid too far in its first hit; the cue has the speed of the stroke."""
     tip, way = room.results.contacts[TIP_CONTACT], cue.speed * q.tip_duration
     return tip.slid_to_peak > MISCUE_TO_PEAK * way or tip.slid > MISCUE_IN_ALL * way
 
 
 @inner
-def reaches_others(impact: ClusterImpact, room: ImpactRoom) -> bool:
+def reaches_others(impact: ClusterImpact, room: ImpactWorkspace) -> bool:
     """Whether a contact closed beside those of tip and cloth with ball 0."""
     closings = 0
     for j in range(CLOTH_CONTACT + 1, impact.contacts):
@@ -130,7 +130,7 @@ def end_strike(
     s: Simulation,
     cue: CueRecord,
     impact: ClusterImpact,
-    room: ImpactRoom,
+    room: ImpactWorkspace,
 ) -> None:
     """
     Let balls and cue begin as a strike leaves them.
@@ -169,7 +169,7 @@ def end_strike(
 
 @inner
 def log_meetings(
-    params: BallClothParams, s: Simulation, impact: ClusterImpact, room: ImpactRoom
+    params: BallClothParams, s: Simulation, impact: ClusterImpact, room: ImpactWorkspace
 ) -> None:
     """Log the meetings of balls in a strike as events that take and lose no energy."""
     note_meetings(s, impact, room)
@@ -183,7 +183,11 @@ def log_meetings(
 
 @inner
 def note_strike(
-    params: BallClothParams, q: CueParams, cue: CueRecord, impact: ClusterImpact, room: ImpactRoom
+    params: BallClothParams,
+    q: CueParams,
+    cue: CueRecord,
+    impact: ClusterImpact,
+    room: ImpactWorkspace,
 ) -> None:
     """
     Write the outcome of a strike into the record of its cue, whose speed is that of the stroke.
