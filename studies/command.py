@@ -17,7 +17,7 @@ def run_study(
     def parsed() -> argparse.Namespace:
         parser = Parser(description=(about or '').strip().partition('\n')[0])
         add_arguments(parser)
-        parser.set_defaults(run=run)
+        parser.set_defaults(run=run, parser=parser)
         return parser.parse_args(words)
 
     return run_command(parsed)
