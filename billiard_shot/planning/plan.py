@@ -346,7 +346,7 @@ def _outcome(
     if ranking:
         notes = [_summary(ranking[0])]
         if not found.converged:
-            what = 'more time' if runner.late else 'a larger budget'
+            what = 'more time' if runner.is_timed else 'a larger budget'
             notes += [f'not converged: {what} may find a better stroke', *_untried(found)]
         return Status.OK, '; '.join(notes)
     if not simulations:

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple, Protocol, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from billiard_shot import machine_code
 from billiard_shot.planning.problem import as_struck, Problem, tables_at
 from billiard_shot.planning.score import (
     distance_penalty,
@@ -225,7 +226,7 @@ T = TypeVar('T')
 FINAL_RESERVE = 0.2  # part of budget and time that is kept to evaluate the best strokes
 POLL_S = 0.02  # s between two calls of `progress` and `cancel` while strokes are evaluated
 CHUNK, LARGEST_CHUNK = 256, 1024  # strokes of a task of the executor, some 5 to 40 ms of work
-FIRST_RATE = 1e4  # strokes per second: guess until some are simulated
+FIRST_RATE = 3e4  # strokes per second with machine code; the first ones take longer
 SHORT_TASK_S = 0.1  # of work, if there is a time limit
 
 
@@ -291,8 +292,9 @@ class Runner:
 
     @property
     def _rate(self) -> float:
-        """Evaluated strokes per second."""
-        return self.simulations / self._gone if self.simulations else FIRST_RATE
+        """Strokes per second; maps make later ones faster than the first ones."""
+        likely = FIRST_RATE if machine_code.is_loaded() or not self.simulations else 0.0
+        return max(self.simulations / self._gone, likely) if self.simulations else likely
 
     @property
     def _gone(self) -> float:
@@ -315,6 +317,11 @@ class Runner:
     def _time_left(self) -> float:
         """Seconds, without the reserved share while strokes are reserved."""
         return self._time_until(1.0 - FINAL_RESERVE if self.reserved else 1.0)
+
+    @property
+    def is_timed(self) -> bool:
+        """Whether there is a time limit."""
+        return self._seconds is not None
 
     @property
     def late(self) -> bool:
