@@ -159,6 +159,7 @@ class CueDriver(LifecycleNode):
         self._last_strike = Strike()
         self._rivals = ''  # why no motion can be commanded: another node has this name
         self._starts = False  # whether the node still has to activate itself
+        self._has_looked = False  # whether other nodes have had a second to become known
         self._destroy: list[Callable[[], object]] = []  # what cleanup undoes
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
         ActionServer(  # it still has to answer if the node is cleaned up just after a goal
@@ -451,8 +452,9 @@ class CueDriver(LifecycleNode):
 
     def _start(self) -> None:
         """Activate the node if it is to start by itself, and did not yet because of a rival."""
-        if self._starts:
+        if self._starts and self._has_looked:
             self.trigger_activate()
+        self._has_looked = True  # a rival may not be known in the first second
 
     def _count_publishers(self) -> None:
         for each in (self._controller.estop, self._controller.interlock):
