@@ -282,7 +282,7 @@ class Runner:
         """Number of strokes that may still be evaluated, without the reserved ones."""
         left = self.budget - self.simulations - self.reserved
         if self._seconds is not None:
-            left = min(left, max(int(self._rate * self._time_left), self.granted))
+            left = int(min(left, max(self._rate * self._time_left, self.granted)))
         return max(left, 0)
 
     @property
@@ -293,8 +293,10 @@ class Runner:
     @property
     def _rate(self) -> float:
         """Strokes per second; maps make later ones faster than the first ones."""
-        likely = FIRST_RATE if machine_code.is_loaded() or not self.simulations else 0.0
-        return max(self.simulations / self._gone, likely) if self.simulations else likely
+        gone = self._gone
+        if not (self.simulations and gone):
+            return FIRST_RATE
+        return max(self.simulations / gone, FIRST_RATE if machine_code.is_loaded() else 0.0)
 
     @property
     def _gone(self) -> float:

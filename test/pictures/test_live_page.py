@@ -344,8 +344,11 @@ def test_a_drill_counts_tries_with_errors(browser, tmp_path):
     balls = browser.run('view.state.balls')
     successes = 0
     for tries in range(1, 13):
-        browser.run("document.getElementById('again').click()")  # while it rolls, Strike pauses
-        browser.run("document.getElementById('play').click()")
+        # While the balls roll, Strike pauses: back to the start first, within the same picture.
+        browser.run(
+            "for (const id of ['again', 'play']) {"
+            " const button = document.getElementById(id); button.disabled = false; button.click() }"
+        )
         found, target = browser.run('[view.outcome.balls, view.state.target]')
         ends = found[target['ball']]
         cue = found['cue']['motion']
