@@ -347,7 +347,7 @@ def test_a_drill_counts_tries_with_errors(browser, tmp_path):
         # While the balls roll, Strike pauses: back to the start first, within the same picture.
         browser.run(
             "for (const id of ['again', 'play']) {"
-            " const button = document.getElementById(id); button.disabled = false; button.click() }"
+            ' const it = document.getElementById(id); it.disabled = false; it.click() }'
         )
         found, target = browser.run('[view.outcome.balls, view.state.target]')
         ends = found[target['ball']]
