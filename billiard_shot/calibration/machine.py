@@ -465,10 +465,7 @@ def calibrate_machine(
     ]
     check_enough(len(recorded), LEAST_STRIKES, 'strikes with strokes', ignored)
     starts = [
-        np.subtract(
-            *model.frame(each.samples).to_table(np.vstack([each.samples.velocity, [0, 0]]))
-        )
-        for each in recorded
+        model.frame(each.samples).vectors_to_table(each.samples.velocity) for each in recorded
     ]
     strokes = [each.samples.shot.stroke for each in recorded if each.samples.shot.stroke]
     check_conventions(np.array(starts), strokes)

@@ -63,7 +63,11 @@ class Frame:
 
     def to_table(self, seen: Floats) -> Floats:
         """Return the places on the table (..., 2) [m] of places that the recording has."""
-        return (seen - np.array([self.x, self.y])) @ self._turn / self.scale
+        return self.vectors_to_table(seen - np.array([self.x, self.y]))
+
+    def vectors_to_table(self, seen: Floats) -> Floats:
+        """Return differences of places, or velocities, on the table (..., 2) of recorded ones."""
+        return seen @ self._turn / self.scale
 
     def to_recording(self, places: Floats) -> Floats:
         """Return where the recording has places on the table (..., 2) [m]."""
