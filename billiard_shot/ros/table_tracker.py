@@ -37,7 +37,7 @@ IGNORED_PERIOD = 60.0
 """Time between two reports of the detections that were ignored [s]."""
 
 LOG_PERIOD = 5.0
-"""Shortest time between two messages in the log about detections that are ignored [s]."""
+"""Shortest time between two warnings about ignored pictures, or about too many balls [s]."""
 
 
 @dataclass(frozen=True)
