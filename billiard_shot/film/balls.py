@@ -46,6 +46,9 @@ FLOOR = 0.06
 MOST_PROPOSED = 60
 """Spots of a picture that are looked at."""
 
+LEAST_COLOURED = 4
+"""So many coloured spots of a core tell the colour of a ball with white."""
+
 CORE = 0.6
 """Within this part of the radius lies the colour of a ball."""
 
@@ -61,10 +64,10 @@ class Seen:
         [m]
     sigma : (n,) float array
         Standard deviation of x and y, the larger one [m].
-    row : (n,) float array
-        Where in the picture they are: the row of their centres [px].
+    pixel : (n, 2) float array
+        Where the picture has their centres [px].
     colour : (n, 3) float array
-        Mean of the core, with the light of the cloth taken out [of 255].
+        Of the core that is not white, with the light of the cloth taken out [of 255].
     white : (n,) float array
         Share of the core that has no colour.
 
@@ -72,7 +75,7 @@ class Seen:
 
     place: Floats
     sigma: Floats
-    row: Floats
+    pixel: Floats
     colour: Floats
     white: Floats
 
@@ -131,7 +134,7 @@ class BallFinder:
         places = self._apart_from_others(proposed)
         if not len(places):
             none = np.empty(0)
-            return Seen(np.empty((0, 2)), none, none, np.empty((0, 3)), none)
+            return Seen(np.empty((0, 2)), none, np.empty((0, 2)), np.empty((0, 3)), none)
         good = np.ones(len(places), bool)
         for k in range(ROUNDS):
             places, sigma, good = self._settle(whole, gain, places)
@@ -145,7 +148,7 @@ class BallFinder:
                 break
         centres = self.camera.project(self._lifted(places))
         colour, white = self._colours(whole, gain, centres, places)
-        return Seen(places, sigma, centres[:, 1], colour, white)
+        return Seen(places, sigma, centres, colour, white)
 
     def _propose(self, picture: Bytes, gain: float) -> Floats:
         """Return the places of spots that are as wide as balls."""
@@ -275,4 +278,6 @@ class BallFinder:
         seen = seen.astype(np.float64) / light[:, np.newaxis, np.newaxis]
         bright = seen.max(axis=-1)
         white = (seen.min(axis=-1) > 0.72 * bright) & (bright > 110.0)
-        return np.median(seen, axis=1), white.mean(axis=1)
+        counted = ~white | (white.sum(axis=1) > len(spots) - LEAST_COLOURED)[:, np.newaxis]
+        kept = np.where(counted[..., np.newaxis], seen, np.nan)
+        return np.nanmedian(kept, axis=1), white.mean(axis=1)
