@@ -1,10 +1,10 @@
 """
 Balls in a picture: outlines of the size and at the place that the camera gives.
 
-Spots that differ from the cloth propose centres. Each proposed ball is then moved until its outline
-lies on edges, all around: rays cross the outline, and each finds where the difference from the
-cloth falls to half. Rays towards another ball do not count, so that balls that touch are fitted
-together. What has no such outline, as a hand, a cue or a shadow, is no ball.
+Spots that differ from the cloth propose centres. Each proposed ball is then moved until its
+outline lies on edges, all around: rays cross the outline, and each finds where the difference from
+the cloth falls to half. Rays towards another ball do not count, so that balls that touch do not
+disturb each other. What has no such outline, as a hand, a cue or a shadow, is no ball.
 """
 
 from dataclasses import dataclass
@@ -158,7 +158,7 @@ class BallFinder:
         depth = cv2.distanceTransform(spots.astype(np.uint8), cv2.DIST_L2, 5)
         around = cv2.dilate(depth, np.ones((5, 5), np.uint8))
         v, u = np.nonzero((depth >= around) & (depth > 0.3 * LEAST_RADIUS))
-        pixels = np.column_stack([u, v]) * float(self._scale) + 0.5 * (self._scale - 1)
+        pixels = float(self._scale) * np.column_stack([u, v]) + 0.5 * (self._scale - 1)
         places = self.camera.to_plane(pixels, self.radius)
         ratio = depth[v, u] * self._scale / np.maximum(self._radii(places), 1e-9)
         fits = np.flatnonzero((ratio > 0.5) & (ratio < 2.0))

@@ -1,9 +1,9 @@
 """
 The cloth, as a picture without balls would show it, and what differs from it.
 
-Light is uneven: each channel is a polynomial of the place in the picture. A shadow scales a colour,
-so that the cloth has the colours of a segment, from deep shadow to full light; how far a pixel is
-from it tells what is no cloth.
+Light is uneven: each channel is a polynomial of the place in the picture. A shadow scales a
+colour, so that the cloth has the colours of a segment, from deep shadow to full light; how far a
+pixel is from it tells what is no cloth.
 """
 
 from dataclasses import dataclass

@@ -43,8 +43,14 @@ BEFORE, AFTER = 0.5, 0.3
 LAUNCH = 0.15
 """Time after the strike that tells when it was [s]."""
 
-LEAST_SEEN_PART = 0.6
-"""Of its time that a ball of a shot must be seen."""
+LEAST_SEEN_PART = 0.9
+"""If a ball is seen in a smaller part of the pictures of a shot, a note says so."""
+
+UNSEEN = 1.0
+"""A ball that is not seen for so long at the end of a film is noted [s]."""
+
+UPSIDE_DOWN = 0.3
+"""How much the lower side of a picture points up, at least, if the film is upside down."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,25 +124,25 @@ def read_film(
     """
     film = Film(path, readout)
     samples = film.samples()
-    table = find_table(samples[0][1], scene, corners)
     height = outline_of(scene).height
-    cloth = fit_cloth(samples[0][1], table.camera, height)
+    middle = _median([picture for _, picture in samples])
+    table = find_table(middle, scene, corners)
+    cloth = fit_cloth(middle, table.camera, height)
     steady = Steady(samples[0][1], cloth.bed)
     move = steady.largest([picture for _, picture in samples])
     if move > LARGEST_MOVE * table.camera.size[0]:
         raise FilmError(f'{path}: the camera moves too much ({move:.0f} px): fix it')
-    notes = list(table.notes)
+    notes = []
     if move > STILL:
         notes.append(f'the camera moves by up to {move:.1f} px: taken out with marks of the rails')
         held = [steady.held(picture) for _, picture in samples]
-        stills = [picture for picture in held if picture is not None]
-    else:
-        stills = [picture for _, picture in samples]
-    middle = np.median(stills, axis=0).astype(np.uint8)
-    table = find_table(middle, scene, corners)
-    finder = BallFinder(
-        table.camera, fit_cloth(middle, table.camera, height), scene.ball.radius
-    )
+        middle = _median([picture for picture in held if picture is not None])
+        table = find_table(middle, scene, corners)
+        cloth = fit_cloth(middle, table.camera, height)
+    notes += table.notes
+    if table.camera.rotation[1, 2] > UPSIDE_DOWN:
+        notes.append('the film is upside down, and is read as it is')
+    finder = BallFinder(table.camera, cloth, scene.ball.radius)
     tracker, times, lost = Tracker(scene.ball.radius), [], 0
     for number, (time, turns, taken) in enumerate(film.pictures()):
         picture = steady.held(taken) if move > STILL else taken
@@ -149,20 +155,46 @@ def read_film(
         progress(number + 1)
     if lost:
         notes.append(f'{lost} pictures are left out: the camera moved out of sight of its marks')
-    notes += table.notes
     paths = [path for path in tracker.paths if len(path.time) >= LEAST_SEEN]
     balls, given_up = named(paths, list(scene.balls))
     notes += [f'ball {name!r} was not found' for name in scene.balls if name not in balls]
-    for at, one, other in tracker.unsure:
-        names = [name for name, ball in balls.items() if {one.time[0], other.time[0]} & {*ball.time}]
-        notes.append(f'at {at:.2f} s: {" and ".join(names)} may have been exchanged')
+    notes += _doubts(tracker, balls)
+    notes += [
+        f'{name!r} is not seen after {ball.time[-1]:.2f} s: pocketed, or hidden'
+        for name, ball in balls.items()
+        if ball.time[-1] < times[-1] - UNSEEN
+    ]
     shots, about = find_shots(balls, np.array(times))
-    recorded = [_recorded(str(k + 1), shot, balls, about) for k, shot in enumerate(shots)]
+    seen_at = np.array(times)
+    recorded = [_recorded(str(k + 1), shot, balls, seen_at, about) for k, shot in enumerate(shots)]
     kept = tuple(shot for shot in recorded if shot is not None)
     recording = Recording(str(path), kept, ignored=tuple(about))
     return FilmResult(
-        recording, table, balls, tuple(shots), samples, given_up, list(dict.fromkeys(notes + about))
+        recording,
+        table,
+        balls,
+        tuple(shots),
+        samples,
+        given_up,
+        list(dict.fromkeys(notes + about)),
     )
+
+
+def _median(pictures: list[Bytes]) -> Bytes:
+    return np.median(pictures, axis=0).astype(np.uint8)
+
+
+def _doubts(tracker: Tracker, balls: Mapping[str, Path]) -> list[str]:
+    """Say which balls may have been exchanged, and when that was first."""
+    found: dict[tuple[str, str], float] = {}
+    for at, *paths in tracker.unsure:
+        names = [n for n, ball in balls.items() if any(p.time[0] in ball.time for p in paths)]
+        if len(names) == 2:
+            found.setdefault((names[0], names[1]), at)
+    return [
+        f'{one!r} and {other!r} may have been exchanged at {at:.2f} s'
+        for (one, other), at in found.items()
+    ]
 
 
 def find_shots(balls: Mapping[str, Path], times: Floats) -> tuple[list[Shot], list[str]]:
@@ -260,16 +292,20 @@ def _strike(rows: Floats, begin: float) -> float:
 
 
 def _recorded(
-    name: str, shot: Shot, balls: Mapping[str, Path], notes: list[str]
+    name: str, shot: Shot, balls: Mapping[str, Path], times: Floats, notes: list[str]
 ) -> RecordedShot | None:
     """Return the tracks of a shot, or note why it is left out."""
     tracks = {}
+    pictures = np.count_nonzero((times >= shot.begin) & (times <= shot.end))
     for ball, path in balls.items():
         rows = rows_of(path)
         rows = rows[(rows[:, 0] >= shot.begin) & (rows[:, 0] <= shot.end)]
         if len(rows) >= LEAST_SEEN:
             _, first = np.unique(rows[:, 0], return_index=True)
             rows = rows[first]
+            if len(rows) < LEAST_SEEN_PART * pictures:
+                part = f'{len(rows)} of {pictures} pictures'
+                notes.append(f'shot {name}: {ball!r} is seen in {part}')
             tracks[ball] = Track(rows[:, 0] - shot.strike, rows[:, 1:3], rows[:, 3])
     if shot.struck not in tracks:
         notes.append(f'shot {name} is left out: too few sights of {shot.struck!r}')

@@ -202,7 +202,9 @@ def camera_of_corners(corners: Floats, half: Floats, height: float, size: Sequen
             f = focal * max(size)
             middle = 0.5 * (np.array(size) - 1.0)
             matrix = np.array([[f, 0.0, middle[0]], [0.0, f, middle[1]], [0.0, 0.0, 1.0]])
-            _, turned, away = cv2.solvePnP(places, np.ascontiguousarray(seen[::2]), matrix, np.zeros(4))
+            _, turned, away = cv2.solvePnP(
+                places, np.ascontiguousarray(seen[::2]), matrix, np.zeros(4)
+            )
             rotation = cv2.Rodrigues(turned)[0]
             place = -rotation.T @ away.ravel()
             if place[2] > height:

@@ -118,9 +118,7 @@ class Steady:
     def __init__(self, picture: Bytes, bed: Bytes) -> None:
         self._first = cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY)
         outside = cv2.dilate(bed, np.ones((9, 9), np.uint8)) == 0
-        marks = cv2.goodFeaturesToTrack(
-            self._first, 80, 0.05, 12.0, mask=outside.astype(np.uint8)
-        )
+        marks = cv2.goodFeaturesToTrack(self._first, 80, 0.05, 12.0, mask=outside.astype(np.uint8))
         self._marks = np.empty((0, 1, 2), np.float32) if marks is None else marks
 
     def move(self, picture: Bytes) -> Floats | None:

@@ -1,8 +1,8 @@
 """
-The table in a picture: its cloth by colour, its noses by their edges, its sights as small dots.
+The table in a picture: its cloth by colour, noses by their edges, sights as small dots.
 
-The cloth of cushions reaches beyond the noses, so that its outline only tells where to look. A nose
-hides a strip of the bed and throws a shadow: along it the brightness has its steepest step.
+The cloth of cushions reaches beyond the noses, so that its outline only tells where to look. A
+nose hides a strip of the bed and throws a shadow: along it the brightness has its steepest step.
 """
 
 from collections.abc import Iterator
@@ -20,8 +20,8 @@ from billiard_shot.film.lens import (
     Floats,
     NO_SIGHTS,
     SIGHT_AWAY,
-    SIGHT_UP,
     sight_places,
+    SIGHT_UP,
     Sights,
 )
 from billiard_shot.scene import Scene
@@ -174,7 +174,9 @@ def cloth_corners(picture: Bytes) -> Floats:
         hull = cv2.convexHull(edge)
         if cv2.contourArea(hull) < LEAST_PART * mask.size:
             continue
-        quad = cv2.approxPolyN(hull, 4, ensure_convex=True).reshape(4, 2).astype(np.float64)
+        quad = _four_sided(hull)
+        if quad is None:
+            continue
         covered = float(part.sum()) / max(cv2.contourArea(quad.astype(np.float32)), 1.0)
         if covered > LEAST_FILLED - 0.25 and part.sum() > area:
             best, filled, area = quad, covered, float(part.sum())
@@ -192,6 +194,16 @@ def cloth_corners(picture: Bytes) -> Floats:
     if filled < LEAST_FILLED - 0.15:
         raise NoTableError(f'something hides a part of the table: {100 * filled:.0f} % is cloth')
     return scale * (_crossings(_around(best), outline) + 0.5) - 0.5
+
+
+def _four_sided(hull: NDArray[np.int32]) -> Floats | None:
+    """Return the corners (4, 2) [px] of an outline whose details are left out; None if none."""
+    length = cv2.arcLength(hull, True)
+    for part in np.geomspace(0.005, 0.2, 24):
+        corners = cv2.approxPolyDP(hull, part * length, True)
+        if len(corners) <= 4:
+            return corners[:, 0].astype(np.float64) if len(corners) == 4 else None
+    return None
 
 
 def _crossings(corners: Floats, outline: Floats) -> Floats:
@@ -289,9 +301,7 @@ def _noses(
     return Edges(*(np.concatenate(each) for each in zip(*found, strict=True)))
 
 
-def _sights(
-    picture: Floats, camera: Camera, half: Floats, height: float, pockets: bool
-) -> Sights:
+def _sights(picture: Floats, camera: Camera, half: Floats, height: float, pockets: bool) -> Sights:
     """Find the dots of the rails near their places; dots that stand elsewhere are left out."""
     at = [(x, y) for x in np.arange(-3, 4) / 4 for y in (-1.0, 1.0) if x or not pockets]
     at += [(x, y) for x in (-1.0, 1.0) for y in np.arange(-1, 2) / 2]

@@ -122,10 +122,12 @@ class Tracker:
 
     def _alive(self, time: float) -> list[Path]:
         """Return the paths that may go on."""
-        return [
-            path for path in self.paths
-            if len(path.time) >= LEAST_SEEN or time - path.time[-1] < ALIVE * len(path.time) / LEAST_SEEN
-        ]  # fmt: skip
+        alive = []
+        for path in self.paths:
+            count, since = len(path.time), time - path.time[-1]
+            if count >= LEAST_SEEN or since < ALIVE * count / LEAST_SEEN:
+                alive.append(path)
+        return alive
 
     def add(self, seen: Seen, time: float, times: Floats) -> None:
         """Add the balls of a picture of a time [s], each at its own time (n,) [s]."""

@@ -28,7 +28,7 @@ SIGHT_RADIUS, SIGHT_AWAY, RAIL_UP = 0.006, 0.094, 0.004  # m; the last: above th
 
 @dataclass(frozen=True)
 class View:
-    """A camera: its place [m], the place that it looks at, focal length [px], errors of its lens."""
+    """A camera: its place and what it looks at [m], focal length [px], and its lens."""
 
     place: tuple
     at: tuple = (0.02, -0.01, 0.0)
