@@ -3,7 +3,7 @@ Balls in a picture: outlines of the size and at the place that the camera gives.
 
 Spots that differ from the cloth propose centres. Each proposed ball is then moved until its
 outline lies on edges, all around: rays cross the outline, and each finds where the difference from
-the cloth falls to half. Rays towards another ball do not count, so that balls that touch do not
+the cloth falls. Rays towards another ball do not count, so that balls that touch do not
 disturb each other. What has no such outline, as a hand, a cue or a shadow, is no ball.
 """
 
@@ -18,6 +18,13 @@ from billiard_shot.film.lens import Camera, Floats
 
 RAYS, SAMPLES = 40, 29
 """Around an outline, and along a ray."""
+
+LEVEL = 0.3
+"""
+An edge is where the difference from the cloth falls to this part of that inside.
+
+Less than a half, as the dark side of a ball differs less than its middle.
+"""
 
 INSIDE, OUTSIDE = 0.5, 0.45
 """How far a ray begins inside and ends outside of the outline [radii]."""
@@ -191,12 +198,12 @@ class BallFinder:
         pixels = outline[:, :, np.newaxis] + steps[..., np.newaxis] * away[:, :, np.newaxis]
         differs = self._differences(picture, gain, pixels)
         inner = differs[..., (parts > -0.4) & (parts < -0.15)].mean(axis=-1)
-        half = 0.5 * inner
-        below = differs < half[..., np.newaxis]
+        level = LEVEL * inner
+        below = differs < level[..., np.newaxis]
         first = np.clip(below.argmax(axis=-1), 1, SAMPLES - 1)[..., np.newaxis]
         high = np.take_along_axis(differs, first - 1, -1)[..., 0]
         low = np.take_along_axis(differs, first, -1)[..., 0]
-        part = np.clip((high - half) / np.maximum(high - low, 1e-6), 0.0, 1.0)
+        part = np.clip((high - level) / np.maximum(high - low, 1e-6), 0.0, 1.0)
         edge = radii * (parts[first[..., 0] - 1] + part * (parts[1] - parts[0]))  # [px]
         clear = below.any(axis=-1) & ~below[..., 0] & (inner > self._least)
         clear &= ~self._towards_others(middle, outline, radii)
