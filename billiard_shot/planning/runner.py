@@ -43,7 +43,7 @@ from billiard_shot.shot.stroke import Stroke, vectors_of
 from billiard_shot.status import Status
 from billiard_shot.table.model.motion import BallRule, NOTHING, SegmentRecord
 from billiard_shot.table.run.play_tables import BallOutcome, TableOutcome
-from billiard_shot.table.run.simulate import batch_of, TableBatch
+from billiard_shot.table.run.simulate import TableBatch
 from billiard_shot.table.run.task import BatchRecording, run_recorded
 from billiard_shot.table.strike.placement import ALL_SOLVED, StrikePolynomials
 
@@ -161,7 +161,7 @@ def evaluate_strokes(
 def _values(problem: Problem, recording: BatchRecording, value: ValueFunction) -> Array:
     """Ask for the values (n,) of recorded tables, and check them."""
     count = len(recording.tables)
-    values = as_floats(value(batch_of(recording, problem.names)))
+    values = as_floats(value(TableBatch(problem.names, recording)))
     if values.shape != (count,) or not ((values >= 0.0) & (values <= 1.0)).all():
         got = f'shape {values.shape}'
         if values.shape == (count,):
@@ -192,7 +192,7 @@ def penalties_of(problem: Problem, recording: BatchRecording) -> Array:
     run(sought, runs, penalties)
     found = np.asarray(penalties)
     if problem.goal[0]['kind'] == GoalKind.FOULS:
-        found = found + penalties_at_rest(problem, batch_of(recording, problem.names), found)
+        found = found + penalties_at_rest(problem, TableBatch(problem.names, recording), found)
     return found
 
 
