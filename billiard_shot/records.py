@@ -10,10 +10,12 @@ swapped, only its fields are. The caller of compiled code keeps the arrays alive
 """
 
 from collections.abc import Sequence
+from functools import cached_property
+from operator import attrgetter
 from typing import Annotated, Any, get_args, get_origin, get_type_hints, Protocol, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import DTypeLike, NDArray
 
 R = TypeVar('R')
 
@@ -169,3 +171,28 @@ def as_rows(kind: type[R], records: Any) -> NDArray[np.void]:
         if len(records):
             rows[name] = [getattr(each, name) for each in records]
     return rows
+
+
+def column(
+    rows: str, name: str | None = None, kind: DTypeLike | None = None
+) -> cached_property[NDArray[Any]]:
+    """
+    Make a property of a class that has rows: one of their fields as an array.
+
+    Parameters
+    ----------
+    rows : str
+        The attribute of an object that has the rows, with points for attributes of attributes.
+    name : str, optional
+        The field; by default the property is the rows themselves.
+    kind : dtype, optional
+        Of the array; by default that of the field, without a copy.
+
+    """
+    found = attrgetter(rows)
+
+    def values(owner: object) -> NDArray[Any]:
+        column = found(owner) if name is None else found(owner)[name]
+        return column if kind is None else column.astype(kind)
+
+    return cached_property(values)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from billiard_shot.impact.options import ENERGETIC
 from billiard_shot.notebook import Shown
-from billiard_shot.records import Array, OBJECTS, Triple
+from billiard_shot.records import Array, column, OBJECTS, Triple
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL, no_place
 from billiard_shot.shot.effects import model_of
@@ -22,7 +22,7 @@ from billiard_shot.table.model.motion import BallStart
 from billiard_shot.table.run.effects import table_on
 from billiard_shot.table.run.layout import ENDLESS, lay_out, table_of
 from billiard_shot.table.run.results import count_in_words
-from billiard_shot.table.run.simulate import column, TableBatch
+from billiard_shot.table.run.simulate import TableBatch
 from billiard_shot.table.run.states import ball_starts, TableStates
 from billiard_shot.table.run.task import BatchRecording, in_threads, joined, run_tables, TableTask
 from billiard_shot.table.strike.placement import (
@@ -247,12 +247,12 @@ class StrokeBatch(TableBatch, Shown):
     """
 
     scene: Scene
-    velocity = column('cues', 'velocity')
-    spin = column('cues', 'spin')
-    cue_speed = column('cues', 'speed')
-    evaluations = column('cues', 'steps')
-    error_estimate = column('tables', 'error')
-    chatter = column('cues', 'chatter')
+    velocity = column('played.cues', 'velocity')
+    spin = column('played.cues', 'spin')
+    cue_speed = column('played.cues', 'speed')
+    evaluations = column('played.cues', 'steps')
+    error_estimate = column('played.tables', 'error')
+    chatter = column('played.cues', 'chatter')
 
     @property
     def dissipated(self) -> NDArray[np.float64]:

@@ -1,7 +1,5 @@
 """`simulate`: the table alone, from the balls' states to rest; `simulate_batch`: many of those."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -10,9 +8,10 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, DTypeLike, NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from billiard_shot.notebook import Tabular
+from billiard_shot.records import column
 from billiard_shot.scene import Scene, SceneLike
 from billiard_shot.scene.fields import as_floats, LARGEST, positive, whole
 from billiard_shot.scene.scene import rows_of_parameters
@@ -39,19 +38,6 @@ from billiard_shot.table.run.task import (
     run_with_events,
     TableTask,
 )
-
-
-def column(
-    rows: str, name: str | None = None, kind: DTypeLike | None = None
-) -> cached_property[NDArray[Any]]:
-    """Make a property of a batch: a field of rows of its recording, in a type of its own."""
-
-    def values(batch: TableBatch) -> NDArray[Any]:
-        found = getattr(batch.played, rows)
-        found = found if name is None else found[name]
-        return found if kind is None else found.astype(kind)
-
-    return cached_property(values)
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,22 +86,22 @@ class TableBatch(Tabular):
 
     names: tuple[str, ...]
     played: BatchRecording
-    final_position = column('balls', 'position')
-    motion = column('balls', 'motion', np.uint8)
-    pocket = column('balls', 'pocket')
-    first_met = column('balls', 'first_contact')
-    duration = column('tables', 'duration')
-    status = column('tables', 'status', np.uint16)
-    events = column('tables', 'events')
-    searches = column('tables', 'searches')
-    double_hit = column('tables', 'double_hit')
-    jaws_met = column('tables', 'jaws_met')
-    rest_time = column('balls', 'time')
-    cushions = column('balls', 'cushions')
-    last_cushion = column('balls', 'last_edge')
-    met_time = column('balls', 'met_time')
-    met_after = column('balls', 'met_after')
-    position_at = column('places')
+    final_position = column('played.balls', 'position')
+    motion = column('played.balls', 'motion', np.uint8)
+    pocket = column('played.balls', 'pocket')
+    first_met = column('played.balls', 'first_contact')
+    duration = column('played.tables', 'duration')
+    status = column('played.tables', 'status', np.uint16)
+    events = column('played.tables', 'events')
+    searches = column('played.tables', 'searches')
+    double_hit = column('played.tables', 'double_hit')
+    jaws_met = column('played.tables', 'jaws_met')
+    rest_time = column('played.balls', 'time')
+    cushions = column('played.balls', 'cushions')
+    last_cushion = column('played.balls', 'last_edge')
+    met_time = column('played.balls', 'met_time')
+    met_after = column('played.balls', 'met_after')
+    position_at = column('played.places')
 
     @property
     def miscue(self) -> NDArray[np.bool_]:
@@ -251,19 +237,17 @@ def run_one(task: TableTask, names: tuple[str, ...]) -> TableRun:
 
 def run_of(played: BatchRecording, names: tuple[str, ...], wall_time: float) -> TableRun:
     """Return the recording of one table, whose balls have these names, as people use it."""
-    end, balls = played.tables, played.balls[0]
-    places = np.empty((len(balls), 2), np.int64)
-    places[:, 0], places[:, 1] = balls['pocket'], balls['first_contact']
+    end, balls = played.tables[0], played.balls[0]
     return TableRun(
         names,
-        Status(int(end['run_status'][0])),
-        float(end['duration'][0]),
+        Status(int(end['run_status'])),
+        float(end['duration']),
         wall_time,
-        int(end['searches'][0]),
+        int(end['searches']),
         played.segments,
         _events=played.events,
-        _places=places,
-        jaws_met=int(end['jaws_met'][0]),
+        _places=np.stack([balls['pocket'], balls['first_contact']], axis=1),
+        jaws_met=int(end['jaws_met']),
     )
 
 
@@ -326,15 +310,8 @@ def simulate_batch(
             starts[field][np.abs(starts[field]) > LARGEST] = np.nan  # compiled code refuses it
         for t, i, _ in in_cushions(scene, starts):
             starts['position'][t, i] = np.nan
-        task = TableTask(
-            *params_on_table(scene),
-            starts,
-            tolerance,
-            tolerance,
-            max_events,
-            until=end,
-            times=times,
-        )
+        both = params_on_table(scene)
+        task = TableTask(*both, starts, tolerance, tolerance, max_events, until=end, times=times)
         return run_many(task, rows.names, workers)
 
     if not parameters:
