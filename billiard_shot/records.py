@@ -34,13 +34,18 @@ _ZEROS = {float: '0.0', int: '0', bool: 'False'}
 
 
 def record(cls: type[R]) -> type[R]:
-    """Make a class of annotations a record: with slots, all of them zero, and with a `dtype`."""
+    """
+    Make a class of annotations a record: with slots, all of them zero, and with a `dtype`.
+
+    A record has the fields of the records and named tuples that its class inherits, but is no
+    subclass of these.
+    """
     kinds = get_type_hints(cls, include_extras=True)
     lines: list[str] = ['def __init__(self):']
     fields: list[Any] = []
     for name, kind in kinds.items():
-        if get_origin(kind) is Annotated:
-            size = get_args(kind)[1]
+        if get_origin(kind) in (Annotated, tuple):
+            size = get_args(kind)[1] if get_origin(kind) is Annotated else len(get_args(kind))
             fields.append((name, 'f8', (size,)))
             lines.append(f' self.{name} = [0.0] * {size}')
         else:
@@ -51,6 +56,7 @@ def record(cls: type[R]) -> type[R]:
     body = {
         '__slots__': tuple(kinds),
         '__init__': made['__init__'],
+        '__annotations__': kinds,
         '__doc__': cls.__doc__,
         '__module__': cls.__module__,
         '__qualname__': cls.__qualname__,

@@ -34,7 +34,7 @@ from billiard_shot.planning.pockets import (
 )
 from billiard_shot.planning.problem import limits_of
 from billiard_shot.planning.within_noise import noise_of, strike_alone
-from billiard_shot.records import Array, as_rows, column, Floats, ROWS, Storage
+from billiard_shot.records import Array, as_rows, column, Floats, Storage
 from billiard_shot.scene import Noise, Scene, SceneLike
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.scene.player import A, B, ELEVATION, offset_columns, OFFSETS, SPEED
@@ -185,8 +185,7 @@ def shots(
         rows['table'] += part.start
         return rows
 
-    nothing: NDArray[np.void] = ROWS.records(DirectShot, 0)
-    rows = np.concatenate([nothing, *in_threads(find, len(tables), workers)])
+    rows = np.concatenate(in_threads(find, len(tables), workers))
     return DirectShots(tables.names, len(tables), rows)
 
 
@@ -376,5 +375,4 @@ def open_pockets(scene: Scene, tables: TableStates, which: NDArray[np.bool_]) ->
         run(*_packed_tables(run.storage, scene, places[part], kinds[part]), counts)
         return np.asarray(counts)
 
-    nothing = np.zeros((0, kinds.shape[1]), np.int64)
-    return np.concatenate([nothing, *in_threads(count, len(tables))])
+    return np.concatenate(in_threads(count, len(tables)))

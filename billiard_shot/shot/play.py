@@ -331,7 +331,7 @@ def play(
             run_tables, prepared, normals[rows], velocities[rows], some, accuracy, mapped=maps
         )
 
-    parts = in_threads(play_part, count, workers) or [play_part(slice(0, 0))]
+    parts = in_threads(play_part, count, workers)
     names = prepared.names if tables is None else tables.names
     return StrokeBatch(names, joined(parts), scene)
 

@@ -149,8 +149,8 @@ POCKETS = 6
 
 
 @record
-class TableNumbers:
-    """A table, and how balls meet it and each other; lengths in m."""
+class TableNumbers(TableParams):
+    """A table as compiled code takes it: its numbers, and what follows from them; lengths in m."""
 
     endless: bool  # there are no cushions
     centre_half_length: float  # of where a lying ball's centre can be
@@ -160,25 +160,7 @@ class TableNumbers:
     nose_half_width: float
     corner_end: float  # from the corner to the straight nose's end, along the nose; 0: no pockets
     side_end: float  # from the middle of a long side to the straight nose's end
-    nose_height: float
-    cushion_depth: float
-    cushion_model: int
-    cushion_restitution: float
-    cushion_friction: float
-    cushion_early_fading: float  # s/m, of the restitution, from low speeds on
-    cushion_fading: float  # s/m, of the restitution, at high speeds
-    cushion_frequency_ratio: float  # of the tangential spring to the normal one; 0: none
-    cushion_stiffness: float  # for a strike on a ball that touches a cushion
-    cushion_duration: float  # s, of a contact; 0: none
-    ball_restitution: float
-    friction_fast: float
-    friction_slow: float
-    friction_decay: float
-    ball_stiffness: float
-    ball_duration: float  # s, of a contact of two balls that meet at `DURATION_SPEED`
-    impact_stiffness: float  # N/m^exponent, of balls with that duration
-    contact_gap: float
-    pair_gate: int
+    impact_stiffness: float  # N/m^exponent, of balls with `ball_duration`
     hop_tolerance: float  # for leaving out hops after impacts
 
 

@@ -93,10 +93,6 @@ def _kept(function: Callable[P, R]) -> Callable[P, R]:
     return kept
 
 
-# Fields of `TableParams` that `TableNumbers` repeats.
-_SHARED = tuple(name for name in TableParams._fields if hasattr(TableNumbers, name))
-
-
 def table_of(layout: PackedTable) -> TableModel:
     """Return the table that is laid out; for Python, because numba cannot return a record."""
     return TableModel(layout.params, layout.numbers[0], *layout[2:])
@@ -129,8 +125,8 @@ def lay_out(
     if table.pockets:
         n.corner_end = math.sqrt(0.5) * table.corner[0] + table.corner[4]
         n.side_end = 0.5 * table.side[0] + table.side[4]
-    for name in _SHARED:
-        setattr(n, name, getattr(table, name))
+    for name, value in table._asdict().items():
+        setattr(n, name, value)
     if table.ball_duration > 0.0:
         n.impact_stiffness = stiffness_of(params.mass, table.ball_duration, params.exponent)
     n.hop_tolerance = hop_tolerance

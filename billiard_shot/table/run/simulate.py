@@ -344,6 +344,4 @@ def run_many(task: TableTask, names: tuple[str, ...], workers: int | None = None
     def simulate_part(part: slice) -> BatchRecording:
         return run_tables(task.part(part))
 
-    parts = in_threads(simulate_part, len(task.starts), workers)
-    parts = parts or [simulate_part(slice(0, 0))]
-    return TableBatch(names, joined(parts))
+    return TableBatch(names, joined(in_threads(simulate_part, len(task.starts), workers)))

@@ -294,7 +294,7 @@ LARGEST_PART = 1000
 
 def in_threads(work: Callable[[slice], T], count: int, workers: int | None = None) -> list[T]:
     """
-    Divide a batch among threads; return what each part gave, in order.
+    Divide a batch among threads; return what each part gave, in order, at least of one part.
 
     `work` must not call this function: its thread would wait for itself.
 
@@ -309,7 +309,8 @@ def in_threads(work: Callable[[slice], T], count: int, workers: int | None = Non
 
     """
     threads = workers or os.cpu_count() or 1
-    small = max(1, math.ceil(count / (8 * threads)))  # because rows differ in cost
+    count = max(count, 1)
+    small = math.ceil(count / (8 * threads))  # because rows differ in cost
     size = LARGEST_PART if threads == 1 else small
     parts = [slice(i, i + size) for i in range(0, count, size)]
     if threads == 1 or len(parts) <= 1:
