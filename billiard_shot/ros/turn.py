@@ -317,8 +317,6 @@ class Turn:
         """Play a stroke that was decided for the balls that were seen, watch them, and judge."""
         scene, name = scene_of(self.table.scene, state), f'{state.game.name} {state.shots + 1}'
         goal = self.table.client.goal(stroke, seen, scene, name)
-        # The agent has simulated the stroke with a tip that slides, and the ruling tells of it.
-        goal.allow_miscue = True
         shot_id = goal.plan.shot_id
         self.tell(TurnStage.PLAY, decision.reason or 'plays', shot_id, {})
         self.table.records.clear()

@@ -184,6 +184,7 @@ class Client:
         return SimpleNamespace(plan=SimpleNamespace(shot_id=f'{name} new', balls=balls))
 
     def execute(self, goal, may_fire, on_aimed):
+        assert not hasattr(goal, 'allow_miscue')  # the driver refuses a tip that would slide
         on_aimed()
         self.reach('aimed')
         assert may_fire()
