@@ -102,7 +102,7 @@ DAMPINGS = np.array([1e-3, 1e-1, 10.0])
 FIRST_DAMPING, LEAST_DAMPING, MOST_DAMPING, RAISED = 1.0, 1e-4, 1e4, 30.0
 """Damping relative to the diagonal, its bounds, and its factor if no step was better."""
 
-ENOUGH, EXACT = 1e-3, 1e-7
+ENOUGH, EXACT = 1e-3, 1e-5
 """A launch is done if a step lowers its cost by less than this part: in searches, and in fits."""
 
 
