@@ -110,14 +110,14 @@ class OfFigures:
         Figures to draw (default: all).
     folder : FOLDER
         Folder for NAME.png; made if it is missing (default: %(default)s).
-    list : bool
+    list_ : bool
         Print the names of the figures and draw nothing.
 
     """
 
     names: list[str] = positional('*')
     folder: Path = option('-o', '--output', default=Path('figures'), dest='folder')
-    list: bool = False
+    list_: bool = False
 
 
 OPTIONS = (OfFigures(),)

@@ -303,13 +303,13 @@ class OfCases:
     ----------
     words : WORD
         Solve only cases with all these words in family and name.
-    list : bool
+    list_ : bool
         Describe each family and why it breaks other solvers; solve nothing.
 
     """
 
     words: list[str] = positional('*')
-    list: bool = False
+    list_: bool = False
 
 
 OPTIONS = OfCases(), OfFormat(), OfWork()

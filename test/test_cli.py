@@ -1,4 +1,4 @@
-from argparse import Namespace
+from argparse import Namespace, SUPPRESS
 from contextlib import contextmanager
 import csv
 from functools import partial
@@ -387,6 +387,18 @@ def test_the_end_of_the_input_ends_a_game(capsys, monkeypatch):
     words = ['play', 'practice', '--balls', '1', '--players', 'person']
     assert main(words) == INTERRUPTED
     assert capsys.readouterr().err.endswith('billiard-shot: interrupted\n')
+
+
+def test_every_option_has_a_help_but_one_of_former_times():
+    """An option that a docstring leaves out would be hidden."""
+    parsers, hidden = [make_parser()], set()
+    while parsers:
+        for action in parsers.pop()._actions:
+            if isinstance(action.choices, dict):
+                parsers += action.choices.values()
+            elif action.help == SUPPRESS:
+                hidden.add(action.option_strings[0])
+    assert hidden == {'--scene'}
 
 
 def test_every_command_is_in_the_help(capsys):

@@ -10,9 +10,9 @@ as in scenes, which are allowed. The values of an instance are the defaults.
 import argparse
 import dataclasses
 from types import UnionType
-from typing import Any, get_args, get_origin
+from typing import Any, get_args, get_origin, get_type_hints
 
-from billiard_shot.scene.fields import descriptions, TAKES
+from billiard_shot.scene.fields import Description, descriptions, TAKES
 
 FLAGS, HOW, CONSTANT = 'flags', 'how', 'constant'
 
@@ -45,35 +45,43 @@ def add_options(parser: argparse.ArgumentParser, *groups: Any) -> None:
             into = parser.add_argument_group(title)
         elif getattr(group, 'EXCLUSIVE', False):
             into = parser.add_mutually_exclusive_group()
+        types, words = get_type_hints(type(group)), descriptions(type(group))
+        values = {name: getattr(group, name) for name in dir(group)}
         for field in dataclasses.fields(group):
             if CONSTANT in field.metadata:
-                parser.set_defaults(**{field.name: getattr(group, field.name)})
-            else:
-                _add(into, field, group)
+                parser.set_defaults(**{field.name: values[field.name]})
+                continue
+            how = {'default': values[field.name], **_taken(types[field.name])}
+            how |= field.metadata.get(HOW, {})
+            how |= _said(words.get(field.name), values | how)
+            action = into.add_argument(*_flags(field), **how)
+            action.takes = field.metadata.get(TAKES)
 
 
-def _add(into: Any, field: 'dataclasses.Field[Any]', group: Any) -> None:
-    """Add the option of a field."""
-    name = field.name.rstrip('_')  # `pass_` has the name that Python has taken
-    how = _taken(field.type) | field.metadata.get(HOW, {})
-    how['default'] = getattr(group, field.name)
+def _flags(field: 'dataclasses.Field[Any]') -> tuple[str, ...]:
+    """Return the flags of an option, or the name of a positional value."""
+    name = field.name.rstrip('_')  # Python has taken the name `pass`
     flags = field.metadata.get(FLAGS, ())
     if flags is None:
-        flags = (name,)
-    elif not any(flag.startswith('--') for flag in flags):
-        flags = *flags, f'--{name.replace("_", "-")}'
-    how['help'] = argparse.SUPPRESS
-    if said := descriptions(type(group)).get(field.name):
-        shown = {each: getattr(group, each) for each in dir(group)} | how
-        shown['choices'] = ', '.join(how.get('choices', ()))
-        text = said.text.removesuffix('.') % shown
-        how['help'] = (text if text[1:2].isupper() else text[0].lower() + text[1:]).replace(
-            '%', '%%'
-        )
-        if said.kind[0].isupper():
-            names = tuple(said.kind.split())
-            how['metavar'] = names if len(names) > 1 else said.kind
-    into.add_argument(*flags, **how).takes = field.metadata.get(TAKES)
+        return (name,)
+    if any(flag.startswith('--') for flag in flags):
+        return tuple(flags)
+    return *flags, f'--{name.replace("_", "-")}'
+
+
+def _said(words: Description | None, values: dict[str, Any]) -> dict[str, Any]:
+    """Take metavar and help from a description."""
+    if words is None:
+        return {'help': argparse.SUPPRESS}
+    text = words.text.removesuffix('.')
+    text %= values | {'choices': ', '.join(values.get('choices', ()))}
+    if not text[1:2].isupper():
+        text = text[0].lower() + text[1:]
+    said: dict[str, Any] = {'help': text.replace('%', '%%')}
+    if words.kind[0].isupper():
+        names = tuple(words.kind.split())
+        said['metavar'] = names if len(names) > 1 else words.kind
+    return said
 
 
 def _taken(kind: Any) -> dict[str, Any]:

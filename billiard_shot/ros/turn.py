@@ -256,7 +256,8 @@ class Question:
     def answer(self, shot_id: str, told: ShotReport) -> None:
         """Take an answer; ValueError says what is wrong with it."""
         if self._asked is None or shot_id != self._asked[0]:
-            wanted = repr(self._asked[0]) if self._asked else 'that of a shot that is asked about'
+            feedback = 'that of a shot for which feedback asks'
+            wanted = repr(self._asked[0]) if self._asked else feedback
             raise ValueError(f'shot_id must be {wanted}, got {shot_id!r}')
         self._told = told_outcome(*self._asked[1:], told)
 

@@ -516,7 +516,7 @@ def test_the_action_plays_a_turn(cell, server):
     assert isinstance(cell.player.table, TableState)
 
 
-def test_a_turn_at_the_terminal(cell, server, launch_once, tmp_path):
+def test_a_turn_at_the_terminal(cell, launch_once, tmp_path):
     """The operator types `fire` for each shot; the file has the game after the turn."""
     state = start('practice', SCENE, seed=1, balls=1)
     file = tmp_path / 'game.json'
