@@ -37,6 +37,7 @@ COMMANDS = {  # and what each does
     'explore': 'write a scene as one HTML file: a table to play on, with chances and drills',
     'play': 'play one rack: agents against each other, or against a person in the terminal',
     'tournament': 'play many racks of a game between two players; count who wins and why',
+    'rate': 'play against the ghost in eight-, nine- and ten-ball, beside figures of people',
     'map': 'map the success probability of a pot over the places of the cue ball',
     'scene': 'list the bundled scenes, show a scene with its defaults, or check files',
     'compile': 'compile the library to machine code, once for each version',
