@@ -43,6 +43,9 @@ BEFORE, AFTER = 0.5, 0.3
 LAUNCH = 0.15
 """Time after the strike that tells when it was [s]."""
 
+MOST_SCATTER = 0.003
+"""A track whose places are farther from the middle of their neighbours is no ball [m]."""
+
 LEAST_SEEN_PART = 0.9
 """If a ball is seen in a smaller part of the pictures of a shot, a note says so."""
 
@@ -155,8 +158,10 @@ def read_film(
         progress(number + 1)
     if lost:
         notes.append(f'{lost} pictures are left out: the camera moved out of sight of its marks')
-    paths = [path for path in tracker.paths if len(path.time) >= LEAST_SEEN]
-    balls, given_up = named(paths, list(scene.balls))
+    seen_often = [path for path in tracker.paths if len(path.time) >= LEAST_SEEN]
+    shaking = [path for path in seen_often if _scatter(path) > MOST_SCATTER]
+    balls, given_up = named([p for p in seen_often if p not in shaking], list(scene.balls))
+    given_up += [(path, 'its place shakes as that of no ball') for path in shaking]
     notes += [f'ball {name!r} was not found' for name in scene.balls if name not in balls]
     notes += _doubts(tracker, balls)
     notes += [
@@ -182,6 +187,12 @@ def read_film(
 
 def _median(pictures: list[Bytes]) -> Bytes:
     return np.median(pictures, axis=0).astype(np.uint8)
+
+
+def _scatter(path: Path) -> float:
+    """Return how far places are from the middle of their neighbours [m], as a median."""
+    bends = np.diff(np.array(path.place), n=2, axis=0)
+    return 0.5 * float(np.median(np.linalg.norm(bends, axis=1)))
 
 
 def _doubts(tracker: Tracker, balls: Mapping[str, Path]) -> list[str]:

@@ -18,10 +18,12 @@ RADIUS, RATE = 0.03, 60.0
 def seen(places, colours, draw):
     """A picture, its balls in any order."""
     order = draw.permutation(len(places))
-    colour = np.array(colours, float)[order] + draw.normal(0.0, 3.0, (len(places), 3))
+    colour = np.array(colours, float).reshape(-1, 3)[order] + draw.normal(
+        0.0, 3.0, (len(places), 3)
+    )
     place = np.array(places, float).reshape(-1, 2)[order]
     place += draw.normal(0.0, 2e-4, place.shape)
-    white = np.array([1.0 if min(each) > 200 else 0.1 for each in np.array(colours)[order]])
+    white = np.array([1.0 if min(colours[k]) > 200 else 0.1 for k in order])
     return Seen(place, np.full(len(place), 2e-4), 500 * place, colour, white)
 
 
