@@ -83,14 +83,15 @@ def test_row_times_matter(overhead, found):
     assert np.quantile(coarse, 0.95) > 2.0 * np.quantile(fine, 0.95)
 
 
-def test_an_oblique_view_of_green_cloth(tmp_path):
+def test_an_oblique_view(tmp_path):
     path = tmp_path / 'oblique.mp4'
-    filming = Filming(view=SMALL_OBLIQUE, rate=30.0, cloth='green')
+    filming = Filming(view=SMALL_OBLIQUE, rate=30.0)
     motion = filmed(path, 'carom', filming, shots=1, seed=4, longest=1.5)
     result = read_film(path, Scene.load('carom'), readout=filming.readout)
     off, _ = errors_of(result, motion, filming)
     assert np.median(np.abs(off)) < 1e-3
-    assert np.quantile(np.abs(off), 0.95) < 3e-3
+    # a pixel is 5.6 mm, and colours have half the resolution: the red ball is the least sure
+    assert np.quantile(np.abs(off), 0.95) < 4.5e-3
 
 
 def test_the_command_writes_what_a_calibration_reads(overhead, tmp_path, capsys):
