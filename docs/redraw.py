@@ -22,7 +22,8 @@ from billiard_shot.cli import main
 from studies import figures, laws, methods
 
 SCREENSHOTS = {'view.jpg', 'foxglove.png'}
-MEASURED = {'games-rack.png', *(f'film-{name}.jpg' for name in ('overhead', 'oblique-green', 'aside'))}
+FILMS = {'film-overhead.jpg', 'film-oblique-green.jpg', 'film-aside.jpg'}
+MEASURED = {'games-rack.png', *FILMS}
 STUDIES = (
     'study accuracy --picture tolerance.png',
     'map pool_table --ball 8 --ball-at 0.5 0.2 --grid 24x12 --picture success-map.png',

@@ -50,7 +50,7 @@ LEAST_SEEN_PART = 0.9
 """If a ball is seen in a smaller part of the pictures of a shot, a note says so."""
 
 UNSEEN = 1.0
-"""A ball that is not seen for so long at the end of a film is noted [s]."""
+"""A ball that is not seen for so long at the begin or the end of a film is noted [s]."""
 
 UPSIDE_DOWN = 0.3
 """How much the lower side of a picture points up, at least, if the film is upside down."""
@@ -164,6 +164,11 @@ def read_film(
     given_up += [(path, 'its place shakes as that of no ball') for path in shaking]
     notes += [f'ball {name!r} was not found' for name in scene.balls if name not in balls]
     notes += _doubts(tracker, balls)
+    notes += [
+        f'{name!r} is not seen before {ball.time[0]:.2f} s: in a rack, or hidden'
+        for name, ball in balls.items()
+        if ball.time[0] > times[0] + UNSEEN
+    ]
     notes += [
         f'{name!r} is not seen after {ball.time[-1]:.2f} s: pocketed, or hidden'
         for name, ball in balls.items()

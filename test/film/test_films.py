@@ -13,6 +13,8 @@ from billiard_shot.calibration.reader import read_recording
 from billiard_shot.calibration.recording import tracking_of
 from billiard_shot.cli import main
 from billiard_shot.cli.output import DONE, FAILED, WRONG_INPUT
+from billiard_shot.film.balls import BallFinder
+from billiard_shot.film.cloth import fit_cloth
 from billiard_shot.film.film import read_film
 from billiard_shot.film.reading import Film, FilmError, Steady
 from billiard_shot.film.table_in_picture import cloth_corners, find_table, NoTableError
@@ -121,6 +123,21 @@ def test_a_table_with_pockets_is_found():
     table = find_table(still('pool_table', cloth='green'), Scene.load('pool_table'))
     assert len(table.sights.at) == 18
     np.testing.assert_allclose(table.camera.place[:2], SMALL.place[:2], atol=0.05)
+
+
+def test_balls_that_touch_are_two():
+    scene = Scene.load('carom')
+    radius = scene.ball.radius
+    places = {'cue': (0.3, 0.2), 'red': (0.3 + 2.0 * radius, 0.2), 'yellow': (-0.6, -0.3)}
+    scene = replace(scene, balls=places)
+    filming = Filming(view=SMALL, hand=False)
+    picture = Painter(scene, Motion(scene, 1, longest=0.1), filming).at(0.1)
+    table = find_table(picture, scene)
+    finder = BallFinder(table.camera, fit_cloth(picture, table.camera, 0.037), radius)
+    seen = finder.find(picture)
+    assert len(seen.place) == 3
+    for place in places.values():
+        assert np.linalg.norm(seen.place - place, axis=1).min() < 2e-3
 
 
 def test_corners_may_be_clicked():
