@@ -174,20 +174,13 @@ def read_film(
         for name, ball in balls.items()
         if ball.time[-1] < times[-1] - UNSEEN
     ]
-    shots, about = find_shots(balls, np.array(times))
     seen_at = np.array(times)
-    recorded = [_recorded(str(k + 1), shot, balls, seen_at, about) for k, shot in enumerate(shots)]
-    kept = tuple(shot for shot in recorded if shot is not None)
-    recording = Recording(str(path), kept, ignored=tuple(about))
-    return FilmResult(
-        recording,
-        table,
-        balls,
-        tuple(shots),
-        samples,
-        given_up,
-        list(dict.fromkeys(notes + about)),
+    shots, about = find_shots(balls, seen_at)
+    recorded = tuple(
+        _recorded(str(k + 1), shot, balls, seen_at, about) for k, shot in enumerate(shots)
     )
+    recording = Recording(str(path), recorded, ignored=tuple(about))
+    return FilmResult(recording, table, balls, tuple(shots), samples, given_up, notes + about)
 
 
 def _median(pictures: list[Bytes]) -> Bytes:
@@ -309,21 +302,18 @@ def _strike(rows: Floats, begin: float) -> float:
 
 def _recorded(
     name: str, shot: Shot, balls: Mapping[str, Path], times: Floats, notes: list[str]
-) -> RecordedShot | None:
-    """Return the tracks of a shot, or note why it is left out."""
+) -> RecordedShot:
+    """Return the tracks of a shot, and note what is missing."""
     tracks = {}
     pictures = np.count_nonzero((times >= shot.begin) & (times <= shot.end))
     for ball, path in balls.items():
         rows = rows_of(path)
         rows = rows[(rows[:, 0] >= shot.begin) & (rows[:, 0] <= shot.end)]
-        if len(rows) >= LEAST_SEEN:
+        if len(rows):
             _, first = np.unique(rows[:, 0], return_index=True)
             rows = rows[first]
             if len(rows) < LEAST_SEEN_PART * pictures:
                 part = f'{len(rows)} of {pictures} pictures'
                 notes.append(f'shot {name}: {ball!r} is seen in {part}')
             tracks[ball] = Track(rows[:, 0] - shot.strike, rows[:, 1:3], rows[:, 3])
-    if shot.struck not in tracks:
-        notes.append(f'shot {name} is left out: too few sights of {shot.struck!r}')
-        return None
     return RecordedShot(name, tracks, struck=shot.struck, start=0.0)
