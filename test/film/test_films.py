@@ -1,6 +1,7 @@
 """Films whose truth is known: what is found, and what is said of films that cannot be used."""
 
 from dataclasses import replace
+import sys
 
 import av
 import cv2
@@ -15,7 +16,7 @@ from billiard_shot.cli import main
 from billiard_shot.cli.output import DONE, FAILED, WRONG_INPUT
 from billiard_shot.film.balls import BallFinder
 from billiard_shot.film.cloth import fit_cloth
-from billiard_shot.film.film import read_film
+from billiard_shot.film.film import read_film, UPSIDE_DOWN
 from billiard_shot.film.reading import Film, FilmError, Steady
 from billiard_shot.film.table_in_picture import cloth_corners, find_table, NoTableError
 
@@ -186,6 +187,21 @@ def test_bad_input_is_named(words, said, tmp_path, capsys):
     code = main(['calibrate', 'film', str(path), '-o', str(tmp_path / 'x.csv'), *words])
     assert code == WRONG_INPUT
     assert said in capsys.readouterr().err
+
+
+def test_a_missing_library_is_named(monkeypatch, tmp_path, capsys):
+    monkeypatch.setitem(sys.modules, 'av', None)
+    code = main(['calibrate', 'film', str(tmp_path / 'any.mp4'), '-o', str(tmp_path / 'x.csv')])
+    assert code == WRONG_INPUT
+    assert "pip install 'billiard_shot[film]'" in capsys.readouterr().err
+
+
+def test_a_film_may_be_upside_down():
+    picture = np.ascontiguousarray(still(view=SMALL_OBLIQUE)[::-1, ::-1])
+    table = find_table(picture, Scene.load('carom'))
+    assert table.error < 0.2
+    assert table.camera.rotation[1, 2] > UPSIDE_DOWN
+    np.testing.assert_allclose(table.camera.place[2], SMALL_OBLIQUE.place[2], rtol=0.05)
 
 
 def test_hdr_is_refused(tmp_path):
