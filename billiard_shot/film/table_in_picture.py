@@ -34,8 +34,11 @@ LEAST_COSINE = 0.985
 LEAST_BRIGHTNESS = 25.0
 """Darker pixels have no colour that counts [of 255]."""
 
-LEAST_PART, LEAST_FILLED = 0.06, 0.94
-"""Of the picture that a table covers, and of its four-sided outline that cloth covers."""
+LEAST_PART = 0.06
+"""Of the picture that the cloth covers."""
+
+LEAST_FILLED, LEAST_CLOTH = 0.79, 0.69
+"""Parts of a four-sided outline that cloth fills: less hides the table, or is no table."""
 
 COLOURS = 3
 """So many frequent colours may be that of the cloth."""
@@ -159,7 +162,8 @@ def cloth_corners(picture: Bytes) -> Floats:
     """
     scale = max(1.0, max(picture.shape) / 640.0)
     small = cv2.resize(picture, None, fx=1 / scale, fy=1 / scale, interpolation=cv2.INTER_AREA)
-    best, outline, filled, area = None, np.empty((0, 2)), 0.0, 0.0
+    last = np.array([small.shape[1], small.shape[0]]) - 1.0
+    best, outline, filled, rank = None, np.empty((0, 2)), 0.0, (-5, 0.0)
     for mask in _even_colours(cv2.GaussianBlur(small, (0, 0), 1.0).astype(np.float32)):
         count, labels, stats, _ = cv2.connectedComponentsWithStats(mask)
         if count < 2:
@@ -168,27 +172,24 @@ def cloth_corners(picture: Bytes) -> Floats:
         part = (labels == largest).astype(np.uint8)
         contours = cv2.findContours(part, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0]
         edge = max(contours, key=cv2.contourArea)
-        hull = cv2.convexHull(edge)
-        if cv2.contourArea(hull) < LEAST_PART * mask.size:
-            continue
-        quad = _four_sided(hull)
-        if quad is None:
+        quad = _four_sided(cv2.convexHull(edge))
+        if quad is None or part.sum() < LEAST_PART * mask.size:
             continue
         covered = float(part.sum()) / max(cv2.contourArea(quad.astype(np.float32)), 1.0)
-        if covered > LEAST_FILLED - 0.25 and part.sum() > area:
-            best, filled, area = quad, covered, float(part.sum())
-            outline = edge[:, 0].astype(np.float64)
+        sides = np.concatenate([(quad < 2.0).any(axis=0), (quad > last - 2.0).any(axis=0)])
+        # A floor reaches beyond more edges of the picture than a table.
+        if covered > LEAST_CLOTH and (-int(sides.sum()), float(part.sum())) > rank:
+            best, filled, beyond = quad, covered, sides
+            outline, rank = edge[:, 0].astype(np.float64), (-int(sides.sum()), float(part.sum()))
     if best is None:
         raise NoTableError('no table is in sight: no even colour fills a rectangle')
-    last = np.array([small.shape[1], small.shape[0]]) - 1.0
-    beyond = np.concatenate([(best < 2.0).any(axis=0), (best > last - 2.0).any(axis=0)])
     if beyond.any():
-        sides = np.array(['left', 'upper', 'right', 'lower'])[beyond]
+        names = np.array(['left', 'upper', 'right', 'lower'])[beyond]
         raise NoTableError(
-            f'the cloth reaches beyond the {" and ".join(sides)} edge of the picture: the whole '
+            f'the cloth reaches beyond the {" and ".join(names)} edge of the picture: the whole '
             'table must be in sight'
         )
-    if filled < LEAST_FILLED - 0.15:
+    if filled < LEAST_FILLED:
         raise NoTableError(f'something hides a part of the table: {100 * filled:.0f} % is cloth')
     return scale * (_crossings(_around(best), outline) + 0.5) - 0.5
 
