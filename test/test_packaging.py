@@ -101,6 +101,8 @@ def test_what_is_imported_is_declared():
         **{name: name for name in ('anywidget', 'distributed', 'gymnasium', 'matplotlib')},
         **{name: name for name in ('pandas', 'shtab', 'tornado', 'traitlets')},
         'PIL': 'pillow',
+        'av': 'av',
+        'cv2': 'opencv-python-headless',
         'imageio': 'imageio[ffmpeg]',
         'imageio_ffmpeg': 'imageio[ffmpeg]',
     }

@@ -55,6 +55,7 @@ CALIBRATIONS = {
     'table': 'fit cloth, cushions and balls of a scene to recorded shots; say how surely',
     'errors': "estimate a player's errors from measured strokes, or from watched shots",
     'machine': 'find where a robot stands at its table, and how it errs, from its strikes',
+    'film': 'write a recording from a film of a table: find table, balls and shots',
     'convert': 'write a recording as CSV',
 }
 SCENES = {

@@ -5,14 +5,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 import json
 import os
-from typing import Any
+from typing import Any, ClassVar
 
 from billiard_shot import Scene
 from billiard_shot.cli.options import positional
 from billiard_shot.cli.output import DONE, progress, table
 from billiard_shot.cli.tournament import find_own_modules
 from billiard_shot.cli.workers import OfWork, working
-from billiard_shot.game.rack import check_pairing, Pairing, play_racks, RackRecord
+from billiard_shot.game.rack import agent_names, check_pairing, Pairing, play_racks, RackRecord
 from billiard_shot.game.state import find_game
 from billiard_shot.planning.statistics import percent, wilson_interval
 from billiard_shot.scene.fields import number, whole_number
@@ -42,13 +42,13 @@ class OfRating:
     Parameters
     ----------
     agent : AGENT
-        Player, greedy, random or a module, with its options.
+        One of %(AGENTS)s, with options, or a module.
     scene : SCENE
         Table, noise and limits (default: %(default)s).
     noise_scale : K
         Multiplies the noise of the scene (default: %(default)g).
     racks : N
-        Of each game (default: %(default)d).
+        Number of racks of each game (default: %(default)d).
     seed : S
         Of racks and errors (default: %(default)d).
     json : bool
@@ -56,9 +56,10 @@ class OfRating:
 
     """
 
+    AGENTS: ClassVar = ', '.join(agent_names())
     agent: str = positional()
     scene: str = 'pool_table'
-    noise_scale: float = number('', above=0, default=1.0)
+    noise_scale: float = number('', above=0.0, default=1.0)
     racks: int = whole_number(minimum=1, default=20)
     seed: int = whole_number(minimum=0, default=1)
     json: bool = False
@@ -70,7 +71,7 @@ OPTIONS = OfRating(), OfWork(os.cpu_count() or 1)
 def run(options: argparse.Namespace) -> int:
     """Play and print. ValueError for an invalid request."""
     find_own_modules()
-    scene = Scene.load(options.scene)
+    count, scene = options.racks, Scene.load(options.scene)
     scene = replace(scene, noise=scene.noise.times(options.noise_scale))
     pairings = [Pairing(game, scene, (options.agent,), options.seed) for game in GHOSTS]
     for pairing in pairings:
@@ -79,9 +80,7 @@ def run(options: argparse.Namespace) -> int:
     with working(options.workers, options.dask) as executor:
         for pairing in pairings:
             label = f'racks of {pairing.game}'
-            played = progress(
-                play_racks(pairing, range(options.racks), executor), label, options.racks
-            )
+            played = progress(play_racks(pairing, range(count), executor), label, count)
             rows.append(_row(pairing.game, list(played)))
     print(json.dumps(rows) if options.json else _as_text(rows))
     return DONE

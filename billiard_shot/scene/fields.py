@@ -107,7 +107,7 @@ class Range(NamedTuple):
     maximum: float | None
 
 
-class Derived(float):
+class DerivedNumber(float):
     """A number that was computed from other fields; arithmetic with it gives a float."""
 
     __slots__ = ()
@@ -372,7 +372,9 @@ def write(instance: Any, *, derived: bool = False) -> dict[str, Any]:
     result = {}
     for field in dataclasses.fields(instance):
         value = getattr(instance, field.name)
-        if value is None or (isinstance(value, Derived) and not (derived and value < math.inf)):
+        if value is None or (
+            isinstance(value, DerivedNumber) and not (derived and value < math.inf)
+        ):
             continue
         result[field.name] = _plain(value, derived)
     return result
@@ -401,7 +403,7 @@ def fill_in(instance: S, **values: float) -> S:
     """Copy of an object with values that are derived from data outside of it."""
     filled = copy.copy(instance)
     for name, value in values.items():
-        object.__setattr__(filled, name, Derived(value))
+        object.__setattr__(filled, name, DerivedNumber(value))
     return filled
 
 
@@ -427,7 +429,7 @@ def _plain(value: Any, derived: bool) -> Any:
         return {key: _plain(each, derived) for key, each in value.items()}
     if isinstance(value, tuple):
         return [_plain(each, derived) for each in value]
-    return float(value) if isinstance(value, Derived) else value
+    return float(value) if isinstance(value, DerivedNumber) else value
 
 
 def _read(kind: type, data: object) -> tuple[Any, list[Mistake]]:
@@ -461,7 +463,7 @@ def _examine(
         value = given[name] if name in given else _default(field)
         if value is dataclasses.MISSING:
             mistakes.append(Mistake((name,), 'is missing'))
-        elif DERIVED in metadata and (value is None or isinstance(value, Derived)):
+        elif DERIVED in metadata and (value is None or isinstance(value, DerivedNumber)):
             derived.append(field)
         elif reading and SECTION_KEY in metadata and isinstance(value, Mapping):
             known[name], wrong = _read(metadata[SECTION_KEY], value)
@@ -477,7 +479,7 @@ def _examine(
     so_far = _Known(kind, known)
     for field in derived:
         try:
-            known[field.name] = Derived(field.metadata[DERIVED](so_far))
+            known[field.name] = DerivedNumber(field.metadata[DERIVED](so_far))
         except _WrongFieldError:
             continue
     mistakes += _conflicts(kind, so_far)
