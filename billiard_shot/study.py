@@ -4,7 +4,6 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 import math
 from time import process_time
-from typing import Any
 
 import numpy as np
 

@@ -68,9 +68,6 @@ class DirectShots(Tabular):
     table, ball, pocket : (n,) int arrays
         The table of each shot; the ball to be potted, as an index in `names`; the pocket, as an
         index in `POCKET_NAMES`.
-    offsets : (n, 5) float array
-        The stroke: a, b, elevation, azimuth, speed, as of `Stroke.from_offsets`. It hits the
-        middle of the cue ball, with the cue as low as clearance allows.
     cut : (n,) float array
         Angle between the paths of the cue ball and of the line of centres [rad], positive if the
         ball goes off to the left.
@@ -95,7 +92,11 @@ class DirectShots(Tabular):
 
     @cached_property
     def offsets(self) -> Array:
-        """The strokes (n, 5)."""
+        """
+        The strokes (n, 5): a, b, elevation, azimuth, speed, as of `Stroke.from_offsets`.
+
+        They hit the middle of the cue ball, with the cue as low as clearance allows.
+        """
         middle = np.zeros((2, len(self)))
         return np.column_stack([*middle, *(self.rows[name] for name in OFFSETS[ELEVATION:])])
 
