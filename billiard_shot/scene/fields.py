@@ -7,8 +7,10 @@ Such dataclasses are read from mappings, with all mistakes found at once.
 from collections.abc import Callable, Iterator, Mapping
 import copy
 import dataclasses
+from inspect import cleandoc
 import math
 from numbers import Integral, Real
+import re
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
@@ -140,7 +142,7 @@ def number(
     return dataclasses.field(default=value, metadata=metadata)
 
 
-def whole_number(*, minimum: int, default: int, maximum: int | None = None) -> Any:
+def whole_number(*, minimum: int, default: int | None, maximum: int | None = None) -> Any:
     """Field for an integer, at least `minimum` and at most `maximum`."""
 
     def convert(value: object) -> int:
@@ -376,6 +378,25 @@ def write(instance: Any, *, derived: bool = False) -> dict[str, Any]:
             continue
         result[field.name] = _plain(value, derived)
     return result
+
+
+class Description(NamedTuple):
+    """What a docstring says about a field: its type, and in words, without the unit."""
+
+    kind: str
+    text: str
+
+
+def descriptions(kind: type) -> dict[str, Description]:
+    """Read the description of each field in the docstrings of a dataclass and its bases."""
+    found = {}
+    for each in reversed(kind.__mro__):
+        words = cleandoc(each.__doc__ or '') + '\n'
+        section = r'^(\w[\w, ]*) : (.*)\n((?:    .+\n)+)'
+        for names, of_type, text in re.findall(section, words, re.MULTILINE):
+            unit_left_out = re.sub(r' \[[^]]*\]\.$', '.', ' '.join(text.split()))
+            found.update(dict.fromkeys(names.split(', '), Description(of_type, unit_left_out)))
+    return found
 
 
 def fill_in(instance: S, **values: float) -> S:
