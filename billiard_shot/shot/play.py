@@ -233,8 +233,10 @@ class StrokeBatch(TableBatch, Shown):
     Attributes
     ----------
     scene : Scene
-    velocity, spin : (n, 3) float arrays
-        Of the cue ball at the end of the strike [m/s], [rad/s].
+    velocity : (n, 3) float array
+        Of the cue ball at the end of the strike [m/s].
+    spin : (n, 3) float array
+        The same [rad/s].
     cue_speed : (n,) float array
         Along the stroke [m/s].
     evaluations : (n,) int array
