@@ -224,8 +224,8 @@ def break_stroke(scene: Scene) -> Stroke:
 # b, in ball radii.
 BEHIND, PLACES_BESIDE = 0.01, (0.0, 0.15, 0.3, 0.44)
 AIMS, BREAK_TIPS = (-0.3, 0.0, 0.3), (-0.15, 0.1)
-# Racks that the best breaks so far are tried on, and how many breaks go on to the next round.
-# Values of racks scatter by 0.35: a first round of 3 racks lost the best break.
+# Racks that the best breaks so far are tried on, and how many breaks go on to the next round. The
+# values of racks scatter by 0.35: a first round of 3 racks lost the best break.
 BREAK_ROUNDS = ((12, 8), (24, 3), (48, 1))
 
 

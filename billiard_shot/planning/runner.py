@@ -31,7 +31,7 @@ from billiard_shot.scene.fields import as_floats
 from billiard_shot.shot.play import play_by
 from billiard_shot.shot.stroke import Stroke, vectors_of
 from billiard_shot.status import Status
-from billiard_shot.table.run.simulate import batch_of, TableBatch
+from billiard_shot.table.run.simulate import TableBatch
 from billiard_shot.table.run.task import BatchRecording, run_recorded
 from billiard_shot.table.strike.placement import ALL_SOLVED, StrikePolynomials
 
@@ -110,7 +110,7 @@ def evaluate_strokes(
 def _values(problem: Problem, recording: BatchRecording, value: ValueFunction) -> Array:
     """Ask for the values (n,) of recorded tables, and check them."""
     count = len(recording.tables)
-    values = as_floats(value(batch_of(recording, problem.names)))
+    values = as_floats(value(TableBatch(problem.names, recording)))
     if values.shape != (count,) or not ((values >= 0.0) & (values <= 1.0)).all():
         got = f'shape {values.shape}'
         if values.shape == (count,):

@@ -93,7 +93,7 @@ def simulate_curves(model: StrikeModel, strokes: Array) -> Curves:
     rules = ROWS.records(BallRule, 1)  # a stroke that fails ends there
     run = play_by(run_recorded, alone(model), *vectors_of(strokes), None, accuracy, rules=rules)
     ends = run.tables['segments']
-    usual = (run.status == Status.OK) & ~run.cues['miscue'] & ~run.tables['double_hit']
+    usual = (run.tables['status'] == Status.OK) & ~run.cues['miscue'] & ~run.tables['double_hit']
     kept = np.flatnonzero(usual & (np.diff(ends, prepend=0) <= MAX_SEGMENTS))
     motions = np.split(run.segments, ends[:-1])
     paths = [Trajectory(motions[i].copy()) for i in kept]

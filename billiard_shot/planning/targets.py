@@ -39,7 +39,7 @@ from billiard_shot.scene.fields import name, number, point, read, whole_number
 from billiard_shot.scene.placement import CUE_BALL, Place
 from billiard_shot.table.model.geometry import POCKETS
 from billiard_shot.table.model.motion import NOTHING
-from billiard_shot.table.run.simulate import batch_of
+from billiard_shot.table.run.simulate import TableBatch
 from billiard_shot.table.run.task import BatchRecording
 
 
@@ -314,7 +314,7 @@ class Safe(Target):
         return ANY in self.safe or ball in self.safe
 
     def penalties(self, problem: Problem, played: BatchRecording, fouls: Flags) -> Array:
-        outcomes = batch_of(played, problem.names)
+        outcomes = TableBatch(problem.names, played)
         penalties = np.zeros(len(fouls))
         quiet = ~outcomes.to_cushion.any(axis=1) & (_fallen(problem, played) == 0)
         penalties[quiet] = PENALTY_STEP
