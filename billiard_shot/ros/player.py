@@ -212,8 +212,9 @@ def main(args: Sequence[str] | None = None) -> None:
         parser.error(str(error))
 
     def work(client: RobotClient) -> bool:
+        table = GameTable(client, scene)
         if options.serve:
-            return TurnServer(GameTable(client, scene), options.modules).serve()
+            return TurnServer(table, options.modules).serve()
         if options.targets:
             client.wait_for_planner()
         if options.targets or strokes:
@@ -222,7 +223,7 @@ def main(args: Sequence[str] | None = None) -> None:
         return (
             all(play_stroke(client, *named, scene, options) for named in strokes.items())
             and all(play_target(client, text, target, options) for text, target in options.targets)
-            and (game is None or play_turn(client, *game, scene, options))
+            and (game is None or play_turn(table, *game, options))
         )
 
     run_client(
