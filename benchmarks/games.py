@@ -24,18 +24,14 @@ from tools.timing import machine, Report
 
 from billiard_shot import predict_batch, Scene
 from billiard_shot.calibration.simulator import SHOTS
-from billiard_shot.game import Call, Pairing, play, start, State, summary
+from billiard_shot.game import Call, Pairing, play, State, summary
 from billiard_shot.game.rack import (
     agents_of,
-    find_agent,
     first_record,
     play_rack,
     RackRecord,
     scene_of,
-    simulated,
 )
-from billiard_shot.game.referee import judge
-from billiard_shot.game.strokes import best_break
 from billiard_shot.game.valuation import rule_on
 from billiard_shot.pictures.rack import draw_rack
 from billiard_shot.planning.statistics import percent, wilson_interval
@@ -73,9 +69,10 @@ GAMES = {
     )
     for game in ('eight_ball', 'nine_ball')
 }
-RUN_OUT = {
-    f'run-out{name}': Series('tools.run_out', SEVEN_FOOT, (player,), None, 100, goal)
-    for name, player, goal in (('', 'player', 0.7), ('-half', HALF, 0.0))
+GHOST = {
+    f'{game}{name}': Series(game, SEVEN_FOOT, (player,), None, 100, goal)
+    for name, player, goal in (('', 'player', 0.8), ('-half', HALF, 0.0))
+    for game in ('eight_ball_ghost', 'nine_ball_ghost', 'ten_ball_ghost')
 }
 ABLATION = {
     f'practice-8-{name}': Series('practice', NINE_FOOT, (player,), 8, 60)
@@ -97,15 +94,13 @@ FOREIGN = {
     'foreign-fitted': Series('tools.foreign', SEVEN_FOOT, (HALF, 'greedy'), None, 100),
     'foreign-as-ours': Series('tools.foreign', SEVEN_FOOT, (HALF, 'greedy'), None, 100),
 }
-SERIES = PRACTICE | GAMES | RUN_OUT | ABLATION | FOREIGN
+SERIES = PRACTICE | GAMES | GHOST | ABLATION | FOREIGN
 
 
 def play_one(key, number):
     """Play a rack of a series."""
     series = SERIES[key]
     scene = Scene.load(series.scene)
-    if key in RUN_OUT:
-        return run_out(series, scene, number)
     if key in FOREIGN:
         return play_foreign(series, number, fitted=key == 'foreign-fitted')
     return play(Pairing(series.game, scene, series.players, balls=series.balls), number)
@@ -117,27 +112,6 @@ def play_foreign(series, number, *, fitted):
     knowing = replace(pairing, scene=player_scene(fitted=fitted))
     agents = [agents_of(knowing, number)[0], agents_of(pairing, number)[1]]
     return play_rack(first_record(pairing, number), pairing.scene, agents, foreign)
-
-
-def run_out(series, scene, number):
-    """Play from cue ball in hand after a legal break, until the player wins or its visit ends."""
-    place, stroke = best_break(scene, 'eight_ball')
-    for seed in range(1000 * number, 1000 * (number + 1)):
-        state = start('eight_ball', scene, seed).with_cue_ball(*place)
-        errors = np.random.default_rng(seed)
-        state = judge(state, shot=simulated(scene_of(scene, state), stroke, errors)).state
-        if not (state.over or state.choices or state.in_hand):
-            break
-    balls = {ball: at for ball, at in state.balls.items() if ball != 'cue'}
-    after = state.to_dict() | {
-        'game': series.game,
-        'balls': balls,
-        'in_hand': 'anywhere',
-        'player': 0,
-    }
-    agents = [find_agent(series.players[0])(scene, number)]
-    record = RackRecord(series.game, number, 1, tuple(series.players), (), after)
-    return play_rack(record, scene, agents)
 
 
 def known(folder):
@@ -289,8 +263,8 @@ def as_page(racks):
         '## Racks',
         '',
         'On a seven-foot table. A break keeps the turn if it pots a ball without a foul. Run-outs',
-        'and breaks are those of all players with the first name. In the last rows the ball is in',
-        'hand after a break, and there is one visit.',
+        'and breaks are those of all players with the first name. The rows of one player are',
+        'racks against the ghost: break, cue ball in hand, and no miss.',
         '',
         '| series | won | broken and run out | break kept the turn |',
         '|---|---|---|---|',
@@ -310,11 +284,11 @@ def as_page(racks):
                 f'| {name} | {share(player["wins"], count)} | {share(runs, broken)} | '
                 f'{share(kept, made)} |'
             )
-    for key, series in RUN_OUT.items():
+    for key, series in GHOST.items():
         if racks[key]:
             player = first_player(racks[key])
             lines.append(
-                f'| `eight_ball`: `{series.players[0]}` | '
+                f'| `{series.game}`: `{series.players[0]}` | '
                 f'{share(player["wins"], len(racks[key]))} | | |'
             )
     lines += [

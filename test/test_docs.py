@@ -16,7 +16,8 @@ import pytest
 import billiard_shot
 from billiard_shot import machine_code
 from billiard_shot.cli import main
-from billiard_shot.cli.stroke_options import add_stroke_arguments, strokes_from_options
+from billiard_shot.cli.options import add_options
+from billiard_shot.cli.stroke_options import STROKE_OPTIONS, strokes_from_options
 from billiard_shot.shot.stroke import read_strokes
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -104,7 +105,7 @@ STROKES = re.compile(r'(?:predict_shot|player)((?: --[a-z-]+ -?\d[\d.]*)+)')
 def test_strokes_for_the_robot_are_not_miscues():
     """Those of pages and help texts on the default scene, and those of the demo on its own."""
     parser = argparse.ArgumentParser()
-    add_stroke_arguments(parser)
+    add_options(parser, *STROKE_OPTIONS)
     texts = [*map(text_of, PAGES), *(file.read_text() for file in ROBOT.glob('*.py'))]
     given = {words for text in texts for words in STROKES.findall(text)}
     assert len(given) >= 3
@@ -219,20 +220,21 @@ except ValueError as refused:
 def test_the_game_that_is_added(tmp_path):
     said = changed(
         tmp_path,
-        'game/rules/ten_ball.py',
+        'game/rules/six_ball.py',
         """
 from billiard_shot.game import Call, game_names, judge, Outcome, start
-state = start('ten_ball', 'pool_table', seed=1).with_cue_ball(-0.8, 0)
-print('ten_ball' in game_names(), len(state.balls))
+state = start('six_ball', 'pool_table', seed=1).with_cue_ball(-0.8, 0)
+print('six_ball' in game_names(), len(state.balls))
 broken = judge(state, Call(), Outcome('1', (('2', 'foot_left'),), places=state.balls)).state
 print(broken.phase, broken.player)
-print(judge(broken, Call('3', 'side_left'), Outcome('3', places=broken.balls)).fouls[0].rule)
-won = Outcome('1', (('10', 'side_left'),), places={'cue': (0, 0), '1': (0.5, 0)})
-print(judge(broken, Call('10', 'side_left'), won).state.winner)
-print('10' in judge(broken, Call('1', 'side_left'), won).state.balls)
+print(judge(broken, Call(), Outcome('3', places=broken.balls)).fouls[0].rule)
+won = Outcome('1', (('6', 'side_left'),), places={'cue': (0, 0), '1': (0.5, 0)})
+print(judge(broken, Call(), won).state.winner)
+foul = Outcome('3', (('6', 'side_left'),), places={'cue': (0, 0), '1': (0.5, 0)})
+print('6' in judge(broken, Call(), foul).state.balls)
 """,
     )
-    assert said.split() == ['True', '11', 'play', '0', '6.2', '0', 'True']
+    assert said.split() == ['True', '7', 'play', '0', '6.2', '0', 'True']
 
 
 @pytest.mark.skipif(shutil.which('bash') is None, reason='needs bash')

@@ -15,19 +15,18 @@ import numpy as np
 from billiard_shot.calibration.estimate import Estimate
 from billiard_shot.calibration.fit import (
     at_bounds,
+    BETTER,
     decided,
-    deviations_of,
+    estimates_of,
     fit,
     FitProblem,
     followed,
-    Interval,
     JointFit,
     Launch,
     MapFunction,
     scales_after,
     searched,
     sought_in,
-    Unknown,
 )
 from billiard_shot.calibration.launch import (
     calibration_model,
@@ -54,19 +53,23 @@ from billiard_shot.scene.fields import as_float, positive, whole
 FIRST_HORIZON, HORIZON, GROWTH = 0.8, 8.0, 3.0
 """First and last time after the strike that count for common numbers [s], and their ratio."""
 
-CORNERS = 2
-"""At the first horizon, from how many other places in the ranges of the numbers fits begin."""
+FAR = 10.0
+"""How many deviations away numbers elsewhere lie, if these are within half of their ranges."""
+
+WITNESSES = 12
+"""Number of shots that tell whether numbers elsewhere are better."""
 
 FEW_STEPS, STEPS = 4, 10
 """Most steps of the common numbers at a horizon, and at the last one."""
 
-ROUNDS = 6
+ROUNDS = 8
 """How often launches are searched at the last horizon, and common numbers fitted, at most."""
 
 SETTLED = 0.25
 """
-A fit has converged if launches that are searched anew, all over, move each common number by less
-than this part of its standard deviation, and the next step would not either.
+A fit has settled if launches that are searched anew, all over, move each common number by less
+than this part of its standard deviation, and the next step would not either. It has converged if
+then numbers elsewhere are not better.
 """
 
 LEAST_SHOTS = 5
@@ -175,17 +178,16 @@ def calibrate(
     saved = Checkpoint(checkpoint, (scene.to_dict(), sought, horizons, share, seed, content))
     model = calibration_model(scene, read)
     launches = [Launch(each, _first_launch(each, model)) for each in used]
-    begin = FitProblem(model, sought, horizons[0], work.ticking)
-    problem, found, doubts = _fitted(begin, launches, horizons, seed, work, saved)
+    begin = FitProblem(model, sought, horizons[0], mapped)
+    found, doubts = _fitted(begin, launches, horizons, seed, work, saved)
     work.reach(stages * len(used))
-    problem, found, intervals = decided(problem, found, STEPS, work.say_error)
-    fitted = problem.model_at(found.values)
+    found = decided(found, STEPS, work.say_error)
+    fitted = found.problem.model_at(found.values)
     checks, checks_before = (_checked(by, tested, seed, work) for by in (fitted, model))
-    estimates = _estimates(sought, problem, found, intervals)
-    doubts += unexplained(problem, found)
+    estimates = estimates_of(found, sought)
+    doubts += unexplained(found)
     doubts += no_gain(checks, checks_before, estimates)
-    bounded = [problem.sought[k].name for k in np.flatnonzero(at_bounds(problem, found))]
-    if bounded:
+    if bounded := at_bounds(found):
         notes.append(f'at a bound of its allowed values: {", ".join(bounded)}')
     saved.remove()
     return Calibration(
@@ -236,7 +238,7 @@ def _fitted(
     seed: int,
     work: '_Work',
     saved: 'Checkpoint',
-) -> tuple[FitProblem, JointFit, list[str]]:
+) -> tuple[JointFit, list[str]]:
     """
     Fit with all horizons in turn, with the last one until the numbers stay.
 
@@ -246,67 +248,99 @@ def _fitted(
     state = saved.read(launches)
     if state is None:
         start = np.clip(problem.start, *problem.bounds)
-        state = CheckpointState(0, start, FIRST_SCALES, tuple(launches))
+        state = CheckpointState(0, False, start, FIRST_SCALES, tuple(launches))
     last, stages = len(horizons) - 1, len(horizons) + ROUNDS
     for stage in range(state.stages, stages):
         again = stage > last
-        adapts = stage <= last + 1  # after that, the same samples count in the same way
+        # Later, the same samples count in the same way.
+        adapts = stage <= last + 1 or state.elsewhere
         problem = problem._replace(horizon=horizons[min(stage, last)])
         work.text = f'first {problem.horizon:g} s'
         begun = state.launches
-        if not again:
+        if not again or state.elsewhere:
             begun = tuple(replace(each, until=np.inf) for each in begun)
-        found_now = searched(problem, state.values, begun, state.scales, (seed, stage), adapts)
-        if len(found_now) < LEAST_SHOTS:
+        steps = STEPS if stage >= last else FEW_STEPS
+        ticking = problem._replace(mapped=work.ticking)
+        moved = searched(ticking, state.values, begun, state.scales, (seed, stage), adapts)
+        found = fitted_anew(problem, state.values, moved, state.scales, adapts, steps, work)
+        if len(found.shots) < LEAST_SHOTS:
             raise ValueError(
                 f'recordings must have at least {LEAST_SHOTS} shots that the scene can simulate, '
-                f'got {len(found_now)} of {len(launches)}: are their places in m, in the frame of '
-                'the table?'
+                f'got {len(found.shots)} of {len(launches)}: are their places in m, in the frame '
+                'of the table?'
             )
-        quiet = problem._replace(mapped=work.mapped)
-        scales = state.scales
-        if adapts:
-            scales = scales_after(quiet, state.values, found_now, scales)
-        steps = STEPS if stage >= last else FEW_STEPS
-        found = fit(quiet, state.values, found_now, scales, steps, work.say_error)
-        if stage == 0:
-            found = _best_of_corners(quiet, found, seed, work)
-        moved = np.abs(found.values - state.values) / deviations_of(problem, found)
-        if again and max(moved.max(initial=0.0), found.ahead) < SETTLED:
-            return quiet, found, []
+        change = np.abs(found.values - state.values) / found.deviations
+        better = None
+        if again and max(change.max(initial=0.0), found.next_step()[1]) < SETTLED:
+            better = better_elsewhere(found, (seed, stage), work)
+            if better is None:
+                return found, []
         known = {_key(each): each.numbers for each in begun}
-        elsewhere = [
+        restless = [
             each.samples.name
-            for each in found_now
+            for each in moved
             if not np.array_equal(each.numbers, known[_key(each)])
         ]
-        state = CheckpointState(stage + 1, found.values, found.scales, found.launches)
+        elsewhere = better is not None
+        values = found.values if better is None else better
+        state = CheckpointState(stage + 1, elsewhere, values, found.scales, found.launches)
         if state.stages < stages:
             saved.write(state, launches)
-    shots = f'unsettled: shots {", ".join(elsewhere)}'
-    return quiet, found, [shots if elsewhere else 'unsettled: the numbers still move']
+    shots = f'unsettled: shots {", ".join(restless)}'
+    return found, [shots if restless else 'unsettled: the numbers still move']
 
 
-def _best_of_corners(problem: FitProblem, found: JointFit, seed: int, work: '_Work') -> JointFit:
-    """Fit also from corners of the ranges of the numbers: the best fit may be far from a scene."""
-    draw, fits = np.random.default_rng((seed, CORNERS)), [found]
-    for signs in draw.choice([-0.5, 0.5], (CORNERS, len(problem.sought))):
-        corner = np.clip(problem.start + signs * problem.widths, *problem.bounds)
-        report = work.say_error
-        fits.append(fit(problem, corner, found.launches, found.scales, FEW_STEPS, report))
-    return min(fits, key=lambda each: each.cost)
+def fitted_anew(
+    problem: FitProblem,
+    values: Floats,
+    launches: Sequence[Launch],
+    scales: Floats,
+    adapts: bool,
+    steps: int,
+    work: '_Work',
+) -> JointFit:
+    """Fit numbers after a search of launches; if it `adapts`, with scales of its errors."""
+    if adapts:
+        scales = scales_after(followed(problem, values, launches, scales))
+    return fit(problem, values, launches, scales, steps, work.say_error)
+
+
+def better_elsewhere(found: JointFit, seed: Sequence[int], work: '_Work') -> Floats | None:
+    """
+    Return numbers elsewhere that fit some of the shots better; None if there are none.
+
+    Launches may hide that numbers are wrong, and no small step then leads away: launches would
+    have to jump. So fits begin anew at two opposite places. All samples until the horizon judge
+    them, also those that a fit leaves out.
+    """
+    problem = found.problem
+    if not len(found.values):
+        return None
+    launches = tuple(replace(each, until=np.inf) for each in found.launches[:WITNESSES])
+    least = followed(problem, found.values, launches, FIRST_SCALES).cost - BETTER
+    reach = np.minimum(0.5 * problem.widths, FAR * found.deviations)
+    away = reach * np.random.default_rng(seed).choice([-1.0, 1.0], len(reach))
+    for values in (found.values + away, found.values - away):
+        values = np.clip(values, *problem.bounds)
+        moved = searched(problem, values, launches, FIRST_SCALES, seed, True)
+        there = fitted_anew(problem, values, moved, FIRST_SCALES, True, STEPS, work)
+        moved = tuple(replace(each, until=np.inf) for each in there.launches)
+        cost = followed(problem, there.values, moved, FIRST_SCALES).cost
+        if len(moved) == len(launches) and cost < least:
+            return there.values
+    return None
 
 
 def _key(launch: Launch) -> tuple[int, str]:
     return launch.samples.recording, launch.samples.name
 
 
-def unexplained(problem: FitProblem, found: JointFit) -> list[str]:
+def unexplained(found: JointFit) -> list[str]:
     """Name the shots whose beginning is not explained, if these are too many."""
     launches = [replace(each, until=np.inf) for each in found.launches]
     names = []
-    for each in followed(problem, found.values, launches, found.scales)[0]:
-        samples = each.launch.samples.until(problem.horizon)
+    for each in followed(found.problem, found.values, launches, found.scales).shots:
+        samples = each.launch.samples.until(found.problem.horizon)
         ratios = each.errors**2 / (2.0 * (samples.sigma**2 + MODEL_SIGMA**2))
         first = (each.times < BEGINNING) & (samples.ball == 0)
         if first.any() and np.median(ratios[first]) > UNEXPLAINED:
@@ -360,28 +394,6 @@ def _tracking(shot: Check) -> float:
     return 2.0 * math.sqrt(2.0) * float(np.median(shot.samples.sigma))
 
 
-def _estimates(
-    sought: Sequence[Unknown], problem: FitProblem, found: JointFit, intervals: Sequence[Interval]
-) -> tuple[Estimate, ...]:
-    """Return the estimates of all numbers, also of those that the shots do not decide."""
-    fits = zip(found.values.tolist(), intervals, strict=True)
-    known = dict(zip(problem.sought, fits, strict=True))
-    estimates = []
-    for each in sought:
-        before = each.stated(each.start)
-        estimate = Estimate(each.name, each.unit, before, each.published, before, None, ())
-        if each in known:
-            value, ((low, high), shots) = known[each]
-            estimate = replace(
-                estimate,
-                value=each.stated(value),
-                interval=(each.stated(low), each.stated(high)),
-                shots=shots,
-            )
-        estimates.append(estimate)
-    return tuple(estimates)
-
-
 class _Work:
     """Does the work of a calibration, and tells how much of it is done."""
 
@@ -413,9 +425,10 @@ class _Work:
 
 
 class CheckpointState(NamedTuple):
-    """After a number of stages: common numbers, scales, and launches."""
+    """After a number of stages: whether these numbers lie elsewhere; scales, and launches."""
 
     stages: int
+    elsewhere: bool
     values: Floats
     scales: Floats
     launches: tuple[Launch, ...]
@@ -451,7 +464,7 @@ class Checkpoint:
             return None
         try:
             data = json.loads(self._path.read_text(encoding='utf-8'))
-            key, stages, values, scales, launches, until = (data[name] for name in FIELDS)
+            key, *state, launches, until = (data[name] for name in FIELDS)
         except (ValueError, KeyError, TypeError):
             key = None
         if key != self._key:
@@ -464,7 +477,8 @@ class Checkpoint:
             for number, shot in enumerate(shots)
             if launches[number] is not None
         )
-        return CheckpointState(stages, np.array(values), np.array(scales), found)
+        stages, elsewhere, values, scales = state
+        return CheckpointState(stages, elsewhere, np.array(values), np.array(scales), found)
 
     def write(self, state: CheckpointState, shots: Sequence[Launch]) -> None:
         """Write a state; `shots` are all shots, of which it may have left out some."""
@@ -475,6 +489,7 @@ class Checkpoint:
         content = (
             self._key,
             state.stages,
+            state.elsewhere,
             state.values.tolist(),
             state.scales.tolist(),
             [shot and shot.numbers.tolist() for shot in kept],
@@ -490,4 +505,4 @@ class Checkpoint:
             self._path.unlink(missing_ok=True)
 
 
-FIELDS = 'calibration', 'stages', 'values', 'scales', 'launches', 'until'
+FIELDS = 'calibration', 'stages', 'elsewhere', 'values', 'scales', 'launches', 'until'

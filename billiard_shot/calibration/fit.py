@@ -17,20 +17,19 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 import math
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 from scipy.stats import norm
 from scipy.stats import t as student
 
+from billiard_shot.calibration.estimate import Estimate
 from billiard_shot.calibration.launch import (
     CalibrationModel,
     compare,
     Comparison,
     derivatives_of,
-    evaluated,
     EXACT,
     PLACES,
     refined,
@@ -110,11 +109,11 @@ and back, or over one of a common number. Nearby, balls meet other balls then, o
 the path follows chance, and its derivatives say nothing.
 """
 
-FIRST_DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-3, 1e-6, 1e3
-"""Damping relative to the diagonal, and its bounds."""
+DAMPING = 1e-6
+"""Of steps, relative to the diagonal: keeps them short if two numbers act in the same way."""
 
-RAISED, LOWERED = 10.0, 0.2
-"""Factors of the damping after a worse and a better step."""
+SHORTER = 1.0, 0.3, 0.1, 0.02
+"""Parts of a step that are tried until one of them lowers the cost."""
 
 CLOSE, FLAT = 0.1, 0.02
 """
@@ -297,62 +296,118 @@ class Launch:
         return compare(self.samples, scales, np.minimum(horizon, self.until))
 
 
-class Reduced(NamedTuple):
+class ShotFit(NamedTuple):
     """
-    The normal equations of a shot, without its launch.
+    A shot at common numbers: its best launch, and its normal equations without this launch.
 
     Attributes
     ----------
+    launch : Launch
+    cost : float
+    times, errors : (samples,) float array
+        Of the samples [s] and [m].
     matrix, curvature : (common, common) float array
         With weights of least squares, for steps, and with curvatures, for deviations.
     gradient : (common,) float array
+        Of half the cost, as the matrices are.
     follow : (numbers, common) float array
         Change of the launch with each common number.
 
     """
 
+    launch: Launch
+    cost: float
+    times: Floats
+    errors: Floats
     matrix: Floats
     curvature: Floats
     gradient: Floats
     follow: Floats
 
 
-class LaunchFit(NamedTuple):
-    """A launch that follows the common numbers, its cost, and errors [m] of samples at times."""
-
-    launch: Launch
-    cost: float
-    times: Floats
-    errors: Floats
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class JointFit:
     """
-    Common numbers and launches that fit together.
+    Common numbers (common,), and shots that fit to them with errors of some scales (knots,) [m].
 
-    Attributes
-    ----------
-    values : (common,) float array
-    launches : tuple of Launch
-    scales : (knots,) float array
-        Of errors, see `compare` [m].
-    curvatures, gradients : (shots, common, common) and (shots, common) float array
-        Of the costs of the shots, but for a factor of 2.
-    cost : float
-        Of all shots, and of the distance of the numbers from likely ones.
-    ahead : float
-        Largest change of a number by the next step, in standard deviations; 0 if it gains nothing.
-
+    See `compare` for the scales.
     """
 
+    problem: FitProblem
     values: Floats
-    launches: tuple[Launch, ...]
     scales: Floats
-    curvatures: Floats
-    gradients: Floats
-    cost: float
-    ahead: float = np.inf
+    shots: tuple[ShotFit, ...]
+
+    @property
+    def launches(self) -> tuple[Launch, ...]:
+        """The launches of all shots."""
+        return tuple(each.launch for each in self.shots)
+
+    @property
+    def away(self) -> Floats:
+        """The numbers beside likely ones."""
+        return self.values - self.problem.start
+
+    @property
+    def cost(self) -> float:
+        """Of all shots, and of the distance of the numbers from likely ones."""
+        return sum(each.cost for each in self.shots) + float(
+            self.away @ self.problem.precision @ self.away
+        )
+
+    @property
+    def error(self) -> float:
+        """Median error of all samples [m]."""
+        return float(np.median(np.concatenate([each.errors for each in self.shots])))
+
+    @property
+    def curvatures(self) -> Floats:
+        """Of the costs of the shots (shots, common, common), but for a factor of 2."""
+        return np.stack([each.curvature for each in self.shots])
+
+    @property
+    def gradients(self) -> Floats:
+        """Of the costs of the shots (shots, common), but for a factor of 2."""
+        return np.stack([each.gradient for each in self.shots])
+
+    @property
+    def covariance(self) -> Floats:
+        """Of the common numbers, from the curvature of the cost."""
+        inverse: Floats = np.linalg.inv(self.curvatures.sum(axis=0) + self.problem.precision)
+        return inverse
+
+    @property
+    def deviations(self) -> Floats:
+        """
+        Standard deviations of the common numbers, from how the shots differ.
+
+        This is the sandwich of Huber (Proc. 5th Berkeley Symp. (1967), vol. 1): the errors of the
+        samples of a shot are those of its model, and far from independent. Shots that hardly
+        depend on a number do not differ: then the curvature of the cost tells its deviation.
+        """
+        sandwich = np.linalg.norm(self.covariance @ self.gradients.T, axis=1)
+        deviations: Floats = np.maximum(sandwich, np.sqrt(np.diag(self.covariance)))
+        return deviations
+
+    def next_step(self) -> tuple[Floats, float]:
+        """
+        Return the step of least squares within the bounds.
+
+        Returns also its largest change of a number, in deviations; 0 if the step gains nothing.
+        """
+        if not len(self.values):
+            return np.zeros(0), 0.0
+        matrix = self.problem.precision + sum(each.matrix for each in self.shots)
+        gradient = self.gradients.sum(axis=0) + self.problem.precision @ self.away
+        size = np.sqrt(np.diag(matrix))  # in such units, all numbers are alike
+        root = np.linalg.cholesky(matrix / np.outer(size, size) + DAMPING * np.eye(len(size))).T
+        low, high = self.problem.bounds
+        room = np.minimum(low - self.values, 0.0), np.maximum(high - self.values, 0.0)
+        aim = -np.linalg.solve(root.T, gradient / size)
+        bounds = room[0] * size, room[1] * size
+        step: Floats = lsq_linear(root, aim, bounds, method='bvls').x / size
+        ahead = float((np.abs(step) / self.deviations).max())
+        return step, 0.0 if step @ matrix @ step < FLAT else ahead
 
 
 def search_fit(
@@ -411,40 +466,40 @@ def even_until(
 
 
 def follow_launch(
-    model: CalibrationModel, scales: Floats, horizon: float, launch: Launch
-) -> LaunchFit:
-    """Improve the launch of a shot for other common numbers."""
-    compared = launch.compared(scales, horizon)
-    best = refined(model, compared, launch.numbers[np.newaxis], LAUNCH_STEPS, EXACT)
-    errors = np.linalg.norm(best.places[0] - compared.samples.place, axis=-1)
-    moved = replace(launch, numbers=best.launches[0])
-    return LaunchFit(moved, float(best.costs[0]), compared.samples.time, errors)
-
-
-def reduce_equations(
     model: CalibrationModel,
     stepped: Sequence[CalibrationModel],
     steps: Floats,
     scales: Floats,
     horizon: float,
     launch: Launch,
-) -> Reduced:
-    """Eliminate the launch of a shot from its normal equations, by models with one step each."""
-    compared, numbers = launch.compared(scales, horizon), launch.numbers[np.newaxis]
-    here = evaluated(model, compared, numbers)
-    errors, slopes = derivatives_of(model, compared, here)
-    own = slopes[0]
-    moved = [ways_of(each, compared.samples, numbers)[0] for each in stepped]
+) -> ShotFit:
+    """Improve the launch of a shot for common numbers, by models with one step of these each."""
+    compared = launch.compared(scales, horizon)
+    best = refined(model, compared, launch.numbers[np.newaxis], LAUNCH_STEPS, EXACT)
+    errors, slopes = derivatives_of(model, compared, best)
+    own, numbers = slopes[0], best.launches[0]
+    moved = [ways_of(each, compared.samples, best.launches)[0] for each in stepped]
     with np.errstate(invalid='ignore'):
-        differences = np.reshape(moved, (len(steps), *here.places[0].shape)) - here.places
+        differences = np.reshape(moved, (len(steps), *best.places[0].shape)) - best.places
         common = differences.reshape(len(steps), errors.size) / steps[:, np.newaxis]
     common[~np.isfinite(common)] = 0.0
     weights = compared.weights(errors)[0]
-    matrix, follows = _without_launch(own, common, weights, compared.precision)
+    matrix, follow = _without_launch(own, common, weights, compared.precision)
     curvature, _ = _without_launch(own, common, compared.curvatures(errors)[0], compared.precision)
     pull = weights * errors.ravel()
-    away = own @ pull + (numbers[0] - compared.mean) @ compared.precision
-    return Reduced(matrix, curvature, common @ pull + follows.T @ away, follows)
+    gradient = common @ pull + follow.T @ (
+        own @ pull + (numbers - compared.mean) @ compared.precision
+    )
+    return ShotFit(
+        replace(launch, numbers=numbers),
+        float(best.costs[0]),
+        compared.samples.time,
+        np.linalg.norm(errors[0], axis=-1),
+        matrix,
+        curvature,
+        gradient,
+        follow,
+    )
 
 
 def _without_launch(
@@ -473,14 +528,23 @@ def searched(
     return tuple(each for each in problem.mapped(work, items) if each is not None)
 
 
-def scales_after(
+def followed(
     problem: FitProblem, values: Floats, launches: Sequence[Launch], scales: Floats
-) -> Floats:
-    """Return the scales of the errors that launches have which were found with other scales."""
-    found, _ = followed(problem, values, launches, scales)
+) -> JointFit:
+    """Let all launches follow the common numbers."""
+    steps = STEP * problem.widths
+    stepped = [problem.model_at(values + step) for step in np.diag(steps)]
+    work = partial(
+        follow_launch, problem.model_at(values), stepped, steps, scales, problem.horizon
+    )
+    return JointFit(problem, values, scales, tuple(problem.mapped(work, launches)))
+
+
+def scales_after(found: JointFit) -> Floats:
+    """Return the scales of the errors of a fit, which was found with other scales."""
     return scales_of(
-        np.concatenate([each.times for each in found]),
-        np.concatenate([each.errors for each in found]),
+        np.concatenate([each.times for each in found.shots]),
+        np.concatenate([each.errors for each in found.shots]),
     )
 
 
@@ -510,95 +574,25 @@ def fit(
         Called after each step with the median error of all samples [m].
 
     """
-    found, cost = followed(problem, values, launches, scales)
-    damping = FIRST_DAMPING
-    for step in range(steps + 1):
-        report(float(np.median(np.concatenate([each.errors for each in found]))))
-        reduced = _reduced(problem, values, [each.launch for each in found], scales)
-        reached = JointFit(
-            values,
-            tuple(each.launch for each in found),
-            scales,
-            np.stack([each.curvature for each in reduced]),
-            np.stack([each.gradient for each in reduced]),
-            cost,
-        )
-        matrix = problem.precision + sum(each.matrix for each in reduced)
-        gradient = reached.gradients.sum(axis=0) + problem.precision @ (values - problem.start)
-        move = _move(problem, values, matrix, gradient, LEAST_DAMPING)
-        ahead = float((np.abs(move) / deviations_of(problem, reached)).max(initial=0.0))
-        reached = replace(reached, ahead=0.0 if move @ matrix @ move < FLAT else ahead)
-        if step == steps or reached.ahead < CLOSE:
+    found = followed(problem, values, launches, scales)
+    for _ in range(steps):
+        report(found.error)
+        step, ahead = found.next_step()
+        if ahead < CLOSE:
             break
-        lower = np.inf
-        while not lower < cost and damping < MOST_DAMPING:
-            move = _move(problem, values, matrix, gradient, damping)
+        for part in SHORTER:
+            move = part * step
             moved = [
-                replace(each.launch, numbers=each.launch.numbers + equations.follow @ move)
-                for each, equations in zip(found, reduced, strict=True)
+                replace(each.launch, numbers=each.launch.numbers + each.follow @ move)
+                for each in found.shots
             ]
-            tried, lower = followed(problem, values + move, moved, scales)
-            damping *= LOWERED if lower < cost else RAISED
-        if not lower < cost:
+            tried = followed(problem, found.values + move, moved, scales)
+            if tried.cost < found.cost:
+                break
+        else:
             break
-        values, found, cost = values + move, tried, lower
-        damping = max(damping, LEAST_DAMPING)
-    return reached
-
-
-def followed(
-    problem: FitProblem, values: Floats, launches: Sequence[Launch], scales: Floats
-) -> tuple[list[LaunchFit], float]:
-    """Let all launches follow the common numbers; return them and the cost of all."""
-    work = partial(follow_launch, problem.model_at(values), scales, problem.horizon)
-    found, away = list(problem.mapped(work, launches)), values - problem.start
-    return found, sum(each.cost for each in found) + float(away @ problem.precision @ away)
-
-
-def _reduced(
-    problem: FitProblem, values: Floats, launches: Sequence[Launch], scales: Floats
-) -> list[Reduced]:
-    """Return the normal equations of all shots."""
-    steps = STEP * problem.widths
-    stepped = [problem.model_at(values + step) for step in np.diag(steps)]
-    models = problem.model_at(values), stepped, steps
-    work = partial(reduce_equations, *models, scales, problem.horizon)
-    return list(problem.mapped(work, launches))
-
-
-def _move(
-    problem: FitProblem, values: Floats, matrix: Floats, gradient: Floats, damping: float
-) -> Floats:
-    """Return the damped step from values, within their bounds."""
-    if not len(values):
-        return np.zeros(0)
-    size = np.sqrt(np.diag(matrix))  # in such units, all numbers are alike
-    root = np.linalg.cholesky(matrix / np.outer(size, size) + damping * np.eye(len(size))).T
-    low, high = problem.bounds
-    bounds = np.minimum(low - values, 0.0) * size, np.maximum(high - values, 0.0) * size
-    aim = -np.linalg.solve(root.T, gradient / size)
-    move: Floats = lsq_linear(root, aim, bounds, method='bvls').x / size
-    return move
-
-
-def deviations_of(problem: FitProblem, found: JointFit) -> Floats:
-    """
-    Return the standard deviations of the common numbers, from how the shots differ.
-
-    This is the sandwich of Huber (Proc. 5th Berkeley Symp. (1967), vol. 1): the errors of the
-    samples of a shot are those of its model, and far from independent. Shots that hardly depend on
-    a number do not differ: then the curvature of the cost tells its deviation.
-    """
-    inverse = np.linalg.inv(found.curvatures.sum(axis=0) + problem.precision)
-    sandwich = np.linalg.norm(inverse @ found.gradients.T, axis=1)
-    return np.maximum(sandwich, np.sqrt(np.diag(inverse)))
-
-
-class Interval(NamedTuple):
-    """The bounds of an interval, and the shots that decide it, the most important one first."""
-
-    bounds: tuple[float, float]
-    shots: tuple[str, ...]
+        found = tried
+    return found
 
 
 def jackknife(matrices: Floats, gradients: Floats, prior: Floats, away: Floats) -> Floats:
@@ -623,73 +617,100 @@ def jackknife(matrices: Floats, gradients: Floats, prior: Floats, away: Floats) 
     return variances
 
 
-def intervals_of(problem: FitProblem, found: JointFit) -> list[Interval]:
-    """Return the intervals of the common numbers."""
-    away = found.values - problem.start
-    variances = jackknife(found.curvatures, found.gradients, problem.precision, away)
-    reach = student.ppf(0.5 + 0.5 * LEVEL, len(found.launches) - 1) * np.sqrt(variances)
+def bounds_of(found: JointFit) -> Floats:
+    """Return the bounds (2, common) of the intervals of the common numbers."""
+    problem = found.problem
+    variances = jackknife(found.curvatures, found.gradients, problem.precision, found.away)
+    reach = student.ppf(0.5 + 0.5 * LEVEL, len(found.shots) - 1) * np.sqrt(variances)
     ruler = np.array([RULER.get(each.name, 0.0) for each in problem.sought])
     reach = np.hypot(reach, norm.ppf(0.5 + 0.5 * LEVEL) * ruler)
-    inverse = np.linalg.inv(found.curvatures.sum(axis=0) + problem.precision)
-    shares = np.einsum('ki,sij,kj->ks', inverse, found.curvatures, inverse)
-    decisive = np.argsort(-shares, axis=-1, kind='stable')[:, :DECISIVE]
-    return [
-        Interval(
-            (max(value - by, each.low), min(value + by, each.high)),
-            tuple(found.launches[s].samples.name for s in shots),
-        )
-        for each, value, by, shots in zip(
-            problem.sought, found.values.tolist(), reach.tolist(), decisive.tolist(), strict=True
-        )
-    ]
+    low, high = np.reshape([(each.low, each.high) for each in problem.sought], (-1, 2)).T
+    return np.stack(
+        [np.maximum(found.values - reach, low), np.minimum(found.values + reach, high)]
+    )
 
 
-def undecided(problem: FitProblem, found: JointFit, intervals: list[Interval]) -> list[int]:
+def estimates_of(found: JointFit, sought: Sequence[Unknown]) -> tuple[Estimate, ...]:
+    """Return the estimates of all numbers, also of those that the shots do not decide."""
+    low, high = bounds_of(found).tolist()
+    shares = np.einsum('ki,sij,kj->ks', found.covariance, found.curvatures, found.covariance)
+    decisive = np.argsort(-shares, axis=-1, kind='stable')[:, :DECISIVE].tolist()
+    known = {each: k for k, each in enumerate(found.problem.sought)}
+    estimates = []
+    for each in sought:
+        value = before = each.stated(each.start)
+        interval, shots = None, ()
+        if (k := known.get(each)) is not None:
+            value = each.stated(float(found.values[k]))
+            interval = each.stated(low[k]), each.stated(high[k])
+            shots = tuple(found.shots[number].launch.samples.name for number in decisive[k])
+        estimates.append(
+            Estimate(each.name, each.unit, before, each.published, value, interval, shots)
+        )
+    return tuple(estimates)
+
+
+def undecided(found: JointFit) -> list[Unknown]:
     """
     Return the numbers that the shots may not decide, the least decided one first.
 
     A number is decided if its interval is narrower than the range of likely values, or does not
     hold the value with which the fit began. It is not if its range alone keeps it where it is.
     """
-    inverse = np.linalg.inv(found.curvatures.sum(axis=0) + problem.precision)
-    held = np.diag(inverse) * np.diag(problem.precision)  # 1: nothing is known but the range
-    parts = []
-    for each, (low, high), by_range in zip(
-        problem.sought, (interval.bounds for interval in intervals), held.tolist(), strict=True
-    ):
-        inside = low <= each.start <= high
-        parts.append(max((high - low) / each.width if inside else 0.0, by_range / HELD))
-    order = np.argsort([-part for part in parts], kind='stable').tolist()
-    return [k for k in order if parts[k] > 1.0]
+    problem, (low, high) = found.problem, bounds_of(found)
+    inside = (low <= problem.start) & (problem.start <= high)
+    held = np.diag(found.covariance) * np.diag(problem.precision)  # 1: only the range is known
+    parts = np.maximum(np.where(inside, (high - low) / problem.widths, 0.0), held / HELD)
+    order = np.argsort(-parts, kind='stable').tolist()
+    return [problem.sought[k] for k in order if parts[k] > 1.0]
 
 
-def decided(
-    problem: FitProblem, found: JointFit, steps: int, report: Callable[[float], object]
-) -> tuple[FitProblem, JointFit, list[Interval]]:
+T = TypeVar('T')
+N = TypeVar('N')
+
+
+def let_go(
+    found: T, undecided: Callable[[T], Iterable[N]], without: Callable[[T, N], T | None]
+) -> T:
     """
-    Let the numbers go, one after the other, that the shots do not decide; fit the others.
+    Let the numbers go, one after the other, that a fit does not decide.
 
-    A number stays if the fit is worse without it.
+    Parameters
+    ----------
+    found : T
+        The fit.
+    undecided : callable
+        Returns numbers that a fit may not decide, the least decided one first.
+    without : callable
+        Fits the others; None if that is worse: then the number stays.
+
     """
-    intervals, needed = intervals_of(problem, found), set[str]()
-    while doubtful := [
-        k for k in undecided(problem, found, intervals) if problem.sought[k].name not in needed
-    ]:
-        least = doubtful[0]
-        rest = tuple(each for k, each in enumerate(problem.sought) if k != least)
-        without, values = problem._replace(sought=rest), np.delete(found.values, least)
-        tried = fit(without, values, found.launches, found.scales, steps, report)
-        if tried.cost > (1.0 + WORSE) * found.cost:
-            needed.add(problem.sought[least].name)
+    needed: list[N] = []
+    while doubtful := [each for each in undecided(found) if each not in needed]:
+        rest = without(found, doubtful[0])
+        if rest is None:
+            needed.append(doubtful[0])
         else:
-            problem, found = without, tried
-            intervals = intervals_of(problem, found)
-    return problem, found, intervals
+            found = rest
+    return found
 
 
-def at_bounds(problem: FitProblem, found: JointFit) -> NDArray[np.bool_]:
-    """Tell which numbers a fit left at one of their bounds."""
-    low, high = problem.bounds
-    room = STEP * problem.widths
-    near: NDArray[np.bool_] = (found.values < low + room) | (found.values > high - room)
-    return near
+def decided(found: JointFit, steps: int, report: Callable[[float], object]) -> JointFit:
+    """Fit the numbers that the shots decide; those stay, too, without which the fit is worse."""
+
+    def without(found: JointFit, number: Unknown) -> JointFit | None:
+        k = found.problem.sought.index(number)
+        rest = tuple(each for each in found.problem.sought if each is not number)
+        problem, values = found.problem._replace(sought=rest), np.delete(found.values, k)
+        tried = fit(problem, values, found.launches, found.scales, steps, report)
+        return tried if tried.cost <= (1.0 + WORSE) * found.cost else None
+
+    return let_go(found, undecided, without)
+
+
+def at_bounds(found: JointFit) -> list[str]:
+    """Name the numbers that a fit left at one of their bounds."""
+    low, high = found.problem.bounds
+    room = STEP * found.problem.widths
+    near = (found.values < low + room) | (found.values > high - room)
+    return [found.problem.sought[k].name for k in np.flatnonzero(near).tolist()]

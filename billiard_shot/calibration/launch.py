@@ -22,6 +22,7 @@ simulated in one batch.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 import math
 from typing import NamedTuple
 
@@ -38,9 +39,13 @@ from billiard_shot.shot.effects import model_of as strike_model_of
 from billiard_shot.shot.predict import predict
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.status import Status
+from billiard_shot.table.model.geometry import BallClothParams, TableParams
+from billiard_shot.table.run.effects import params_on_table
 from billiard_shot.table.run.results import BallState, EventKind
-from billiard_shot.table.run.simulate import simulate, simulate_batch
-from billiard_shot.table.run.states import TableStates, VECTORS
+from billiard_shot.table.run.simulate import simulate
+from billiard_shot.table.run.states import in_cushions, TableStates, VECTORS
+from billiard_shot.table.run.task import DEFAULT_TOLERANCE as TOLERANCE
+from billiard_shot.table.run.task import run_tables, TableTask
 
 SPEED, DIRECTION, FOLLOW, SIDE, MASSE = range(5)
 PLACES = 5  # number of the first place; all before it are those of the strike
@@ -76,7 +81,8 @@ MAX_EVENTS = 2000
 
 CONTACTS = EventKind.BALL, EventKind.CUSHION, EventKind.CLUSTER
 
-SOLVED = Status.OK, Status.OFF_TABLE
+FASTEST = 100.0
+"""Faster balls are not simulated [m/s]."""
 
 SAMPLE_TIME = 0.1
 """Errors within this time are alike [s]: samples of one ball within it count as one."""
@@ -96,16 +102,21 @@ DAMPINGS = np.array([1e-3, 1e-1, 10.0])
 FIRST_DAMPING, LEAST_DAMPING, MOST_DAMPING, RAISED = 1.0, 1e-4, 1e4, 30.0
 """Damping relative to the diagonal, its bounds, and its factor if no step was better."""
 
-ENOUGH, EXACT = 1e-3, 1e-7
+ENOUGH, EXACT = 1e-3, 1e-5
 """A launch is done if a step lowers its cost by less than this part: in searches, and in fits."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class CalibrationModel:
     """A scene without balls, and the frames of the recordings."""
 
     scene: Scene
     frames: tuple[Frame, ...]
+
+    @cached_property
+    def params(self) -> tuple[BallClothParams, TableParams]:
+        """The numbers of balls, cloth and table for `TableTask`."""
+        return params_on_table(self.scene)
 
     def frame(self, samples: Samples) -> Frame:
         """Return the frame of the recording of a shot."""
@@ -220,17 +231,16 @@ def ways_of(model: CalibrationModel, samples: Samples, launches: Floats) -> Floa
         [m], in the frame of the recording; infinite for launches that cannot be simulated.
 
     """
-    batch = simulate_batch(
-        model.scene,
-        states_of(model, samples, launches),
-        max_events=MAX_EVENTS,
-        workers=1,
-        until=samples.duration + GAP,
-        at=samples.times,
-    )
-    seen = batch.position_at[:, samples.ball, samples.at, :2]
-    places = model.frame(samples).to_recording(seen)
-    places[~np.isin(batch.status, SOLVED)] = np.inf
+    starts = states_of(model, samples, launches).starts()
+    starts['velocity'][np.abs(starts['velocity']) > FASTEST] = np.nan  # is refused
+    for table, ball, _ in in_cushions(model.scene, starts):
+        starts['position'][table, ball] = np.nan
+    until, times = samples.duration + GAP, tuple(samples.times.tolist())
+    task = TableTask(*model.params, starts, TOLERANCE, TOLERANCE, MAX_EVENTS, until=until)
+    played = run_tables(task._replace(times=times))
+    places = model.frame(samples).to_recording(played.places[:, samples.ball, samples.at, :2])
+    status = played.tables['status']
+    places[(status != Status.OK) & (status != Status.OFF_TABLE)] = np.inf
     return places
 
 
@@ -248,15 +258,18 @@ def contacts_of(model: CalibrationModel, samples: Samples, launch: Floats) -> Fl
 def apart(scene: Scene, places: Floats) -> Floats:
     """Move balls (n, balls, 2) [m] out of each other, and out of the noses of a carom table."""
     diameter = 2.0 * scene.ball.radius + GAP
-    count = places.shape[1]
+    one, other = np.triu_indices(places.shape[1], 1)
     for _ in range(PUSHES):
-        for i in range(count):
-            for j in range(i + 1, count):
-                between = places[:, j] - places[:, i]
-                distance = np.linalg.norm(between, axis=-1, keepdims=True)
-                push = np.maximum(0.5 * (diameter - distance), 0.0) / np.maximum(distance, GAP)
-                places[:, i] -= push * between
-                places[:, j] += push * between
+        square = ((places[:, other] - places[:, one]) ** 2).sum(axis=-1)
+        near = (square < diameter**2).any(axis=0)
+        if not near.any():
+            break
+        for i, j in zip(one[near].tolist(), other[near].tolist(), strict=True):
+            between = places[:, j] - places[:, i]
+            distance = np.linalg.norm(between, axis=-1, keepdims=True)
+            push = np.maximum(0.5 * (diameter - distance), 0.0) / np.maximum(distance, GAP)
+            places[:, i] -= push * between
+            places[:, j] += push * between
         if scene.table is not None and not scene.table.pockets:
             nose = nose_standoff(scene.table.cushion, scene.ball.radius) + GAP
             half = np.array([scene.table.length, scene.table.width]) / 2.0 - nose

@@ -24,6 +24,7 @@ from billiard_shot.calibration.launch import (
     compare,
     Comparison,
     DIRECTION,
+    evaluated,
     FIRST_SCALES,
     Fitted,
     FOLLOW,
@@ -39,11 +40,14 @@ from billiard_shot.calibration.launch import (
 from billiard_shot.calibration.recording import Floats
 from billiard_shot.calibration.samples import Samples
 
-CANDIDATES = 24
-"""Launches at each horizon."""
+STARTS = 24
+"""Launches with which a search begins."""
 
 KEPT = 8
-"""Of these, how many go on."""
+"""How many different launches go on to the next horizon."""
+
+DRAWN = 40
+"""How many are drawn around them; the `KEPT` best of these are improved, too."""
 
 FIRST_HORIZON, GROWTH = 0.5, 1.7
 """First horizon [s], and the factor from each horizon to the next."""
@@ -138,12 +142,12 @@ def _starts(compared: Comparison, draw: np.random.Generator) -> Floats:
     """Draw launches with all spins; if the stroke was commanded, take that without errors."""
     if compared.samples.command is not None:
         return compared.mean[np.newaxis]
-    launches = np.repeat(compared.mean[np.newaxis], CANDIDATES, axis=0)
+    launches = np.repeat(compared.mean[np.newaxis], STARTS, axis=0)
     speed = compared.mean[SPEED]
-    launches[:, FOLLOW] = speed * draw.uniform(*FOLLOWS, CANDIDATES)
-    launches[:, SIDE] = speed * draw.uniform(*SIDES, CANDIDATES)
-    launches[:, SPEED] *= draw.normal(1.0, SPEED_SIGMA, CANDIDATES)
-    launches[:, DIRECTION] += draw.normal(0.0, DIRECTION_SIGMA, CANDIDATES)
+    launches[:, FOLLOW] = speed * draw.uniform(*FOLLOWS, STARTS)
+    launches[:, SIDE] = speed * draw.uniform(*SIDES, STARTS)
+    launches[:, SPEED] *= draw.normal(1.0, SPEED_SIGMA, STARTS)
+    launches[:, DIRECTION] += draw.normal(0.0, DIRECTION_SIGMA, STARTS)
     return launches
 
 
@@ -157,13 +161,14 @@ def _drawn_around(
         return best.launches  # the best one is near
     matrix, _ = normal_equations(model, compared, best)
     ranks = 1.0 / np.arange(1, len(best.costs) + 1)
-    chosen = draw.choice(len(ranks), CANDIDATES - len(ranks), p=ranks / ranks.sum())
+    chosen = draw.choice(len(ranks), DRAWN, p=ranks / ranks.sum())
     # The rows of a matrix of directions, each with the inverse of the root of its curvature.
     curvature, directions = np.linalg.eigh(matrix)
     lengths = SPREAD / np.sqrt(np.maximum(curvature, curvature[:, -1:] * 1e-12))
     free = draw.normal(size=(len(chosen), matrix.shape[-1]))
     moves = np.einsum('nik,nk->ni', directions[chosen], lengths[chosen] * free)
-    return np.concatenate([best.launches, best.launches[chosen] + moves])
+    drawn = evaluated(model, compared, best.launches[chosen] + moves)
+    return np.concatenate([best.launches, drawn.launches[np.argsort(drawn.costs)[:KEPT]]])
 
 
 def _distinct(fitted: Fitted) -> Fitted:

@@ -201,7 +201,8 @@ def hit_something(scene: Scene, state: State) -> Decision:
     for offsets in (towards(scene, targets), all_round(scene)):
         run = predict_batch(scene, offsets=offsets)
         wanted = [run.names.index(ball) for ball in targets]
-        legal = np.flatnonzero(np.isin(run.first_met[:, run.names.index(CUE_BALL)], wanted))
+        met = np.isin(run.first_met[:, run.names.index(CUE_BALL)], wanted)
+        legal = np.flatnonzero(met & ~run.miscue)
         if len(legal):
             stroke = Stroke.from_offsets(*offsets[legal[-1]].tolist())
             return Decision(stroke, Call(safety=True), reason='no direct shot')
@@ -223,8 +224,8 @@ def break_stroke(scene: Scene) -> Stroke:
 # b, in ball radii.
 BEHIND, PLACES_BESIDE = 0.01, (0.0, 0.15, 0.3, 0.44)
 AIMS, BREAK_TIPS = (-0.3, 0.0, 0.3), (-0.15, 0.1)
-# Racks that the best breaks so far are tried on, and how many breaks go on to the next round. Values
-# of racks scatter by 0.35: a first round of 3 racks lost the best break.
+# Racks that the best breaks so far are tried on, and how many breaks go on to the next round. The
+# values of racks scatter by 0.35: a first round of 3 racks lost the best break.
 BREAK_ROUNDS = ((12, 8), (24, 3), (48, 1))
 
 

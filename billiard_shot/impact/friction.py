@@ -161,7 +161,7 @@ def set_forces(contacts: list[ContactState]) -> None:
 def normal_acceleration(
     contacts: list[ContactState], ws: Workspace, j: int
 ) -> tuple[float, float]:
-    """Find the normal acceleration of a contact by the first forces, and the size of its terms."""
+    """Sum the normal acceleration of a contact by the first forces, and the size of its terms."""
     total, size, row = 0.0, 0.0, ws.reduced[3 * j]
     for k in range(len(contacts)):
         c = contacts[k]

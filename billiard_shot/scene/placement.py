@@ -168,8 +168,9 @@ class Rack:
     game : str
         `nine_ball`: a diamond with ball 1 on the foot spot and 9 in the middle. `eight_ball`: a
         triangle with 8 in the middle of the third row, and one ball of each kind in the two back
-        corners (both WPA, The Rules of Play). `snooker`: 15 reds in a triangle right behind the
-        pink, and six colours on their spots.
+        corners. `ten_ball`: a triangle with ball 1 on the foot spot, 10 in the middle, and 2 and 3
+        in the two back corners (all WPA, The Rules of Play). `snooker`: 15 reds in a triangle
+        right behind the pink, and six colours on their spots.
     gap : float
         Mean gap between neighbours in the rack [m], at least 0. 0.05 mm is a guess at a careful
         rack. Each ball lies at a random point within half a gap of its site; with 0, all touch.
@@ -178,7 +179,7 @@ class Rack:
 
     """
 
-    game: str = choice('nine_ball', 'eight_ball', 'snooker')
+    game: str = choice('nine_ball', 'eight_ball', 'ten_ball', 'snooker')
     gap: float = number('m', minimum=0, maximum=0.01, default=5e-5)
     seed: int = whole_number(minimum=0, default=0)
 
@@ -207,6 +208,8 @@ def racked(rack: Any, table: Any, radius: float) -> dict[str, Place]:
             names, rows = _nine_ball(draw), [1, 2, 3, 2, 1]
         case 'eight_ball':
             names, rows = _eight_ball(draw), [1, 2, 3, 4, 5]
+        case 'ten_ball':
+            names, rows = _ten_ball(draw), [1, 2, 3, 4]
         case _:
             names, rows = [f'red{number}' for number in range(1, 16)], [1, 2, 3, 4, 5]
             spots = _colours(0.5 * table.length) | {'pink': (apex, 0.0)}
@@ -256,6 +259,13 @@ def _eight_ball(draw: random.Random) -> list[str]:
     corners = _shuffled([solids.pop(), stripes.pop()], draw)
     others = _shuffled(sorted(solids + stripes), draw)
     order = [*others[:4], 8, *others[4:9], corners[0], *others[9:], corners[1]]
+    return [str(ball) for ball in order]
+
+
+def _ten_ball(draw: random.Random) -> list[str]:
+    others = _shuffled([4, 5, 6, 7, 8, 9], draw)
+    left, right = _shuffled([2, 3], draw)
+    order = [1, *others[:3], 10, others[3], left, *others[4:], right]
     return [str(ball) for ball in order]
 
 

@@ -19,21 +19,43 @@ def targets(state: State) -> tuple[str, ...]:
     return tuple(sorted(state.object_balls, key=int)[:1])
 
 
+def rotation_fouls(
+    state: State, outcome: Outcome, break_rule: str, *, pushes: bool
+) -> tuple[Foul, ...]:
+    """
+    Find the fouls of a shot of nine-ball or ten-ball.
+
+    A push-out suspends 6.2 and 6.3 (2.4, 9.4). A break has its own rule on cushions, which the
+    games number differently.
+    """
+    breaks = state.phase == 'break'
+    first = None if pushes else targets(state)
+    fouls = standard_fouls(state, outcome, first, rail=not (pushes or breaks))
+    driven = (outcome.to_cushion | outcome.gone) - {CUE_BALL}
+    if breaks and not outcome.fallen and len(driven) < DRIVEN_IN_BREAK:
+        fouls += (Foul(break_rule, f'the break drives {len(driven)} balls to cushions'),)
+    return fouls
+
+
+def loses(state: State, fouls: tuple[Foul, ...]) -> bool:
+    """Whether a foul is the third one in a row of a player."""
+    return bool(fouls) and state.fouls[state.player] + 1 >= FOULS_THAT_LOSE
+
+
+def lost(state: State, fouls: tuple[Foul, ...]) -> Ruling:
+    """Rule that the player loses the rack by the third foul in a row (6.14)."""
+    fouls += (Foul('6.14', f'{FOULS_THAT_LOSE} consecutive fouls'),)
+    after = after_shot(state, fouls, keeps=False, over=True, winner=state.other)
+    return Ruling(after, fouls, in_words(fouls, ''))
+
+
 def rule(state: State, call: Call, outcome: Outcome) -> Ruling:
     """Rule on a shot of nine-ball."""
     breaks = state.phase == 'break'
     pushes = call.push_out and state.phase == 'second'
-    # A push-out suspends 6.2 and 6.3 (2.4); a break has its own rule on cushions (2.3).
-    fouls = standard_fouls(
-        state, outcome, None if pushes else targets(state), rail=not (pushes or breaks)
-    )
-    driven = (outcome.to_cushion | outcome.gone) - {CUE_BALL}
-    if breaks and not outcome.fallen and len(driven) < DRIVEN_IN_BREAK:
-        fouls += (Foul('2.3', f'the break drives {len(driven)} balls to cushions'),)
-    if fouls and state.fouls[state.player] + 1 >= FOULS_THAT_LOSE:
-        fouls += (Foul('6.14', f'{FOULS_THAT_LOSE} consecutive fouls'),)
-        after = after_shot(state, fouls, keeps=False, over=True, winner=state.other)
-        return Ruling(after, fouls, in_words(fouls, ''))
+    fouls = rotation_fouls(state, outcome, '2.3', pushes=pushes)
+    if loses(state, fouls):
+        return lost(state, fouls)
     if '9' in outcome.fallen and not fouls and not pushes:
         after = after_shot(state, fouls, keeps=True, over=True, winner=state.player)
         return Ruling(after, fouls, 'the 9 falls')
