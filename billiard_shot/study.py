@@ -4,7 +4,6 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 import math
 from time import process_time
-from typing import Any
 
 import numpy as np
 
@@ -238,7 +237,7 @@ def comparison_count(strokes: Sequence[Stroke]) -> int:
     return len(strokes) * len(GATES)
 
 
-def _compared(shot: Shot, gate: EffectGate[Any], repeats: int) -> Change:
+def _compared(shot: Shot, gate: EffectGate, repeats: int) -> Change:
     effect = next(effect for effect in effects_of(shot) if effect.name == gate.name)
     setting = OFF if effect.simulated else ON
     if setting == ON and gate.on is None:

@@ -6,12 +6,14 @@ The pictures of docs/figures that show the model and shots, by name; other studi
 
 import argparse
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 import sys
 
 sys.path.append(str(Path(__file__).resolve().parents[1]))  # for `python studies/figures.py`
 
+from billiard_shot.cli.options import option, positional
 from billiard_shot.cli.output import progress
 from billiard_shot.pictures.collision import draw_strike
 from billiard_shot.pictures.history import draw_history
@@ -97,21 +99,28 @@ FIGURES: Mapping[str, Callable[[Path], None]] = {
 }
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the names of figures and the output folder."""
-    parser.add_argument('names', nargs='*', metavar='NAME', help='figures to draw (default: all)')
-    parser.add_argument(
-        '-o',
-        '--output',
-        dest='folder',
-        type=Path,
-        default=Path('figures'),
-        metavar='FOLDER',
-        help='folder for NAME.png; made if it is missing (default: %(default)s)',
-    )
-    parser.add_argument(
-        '--list', action='store_true', help='print the names of the figures and draw nothing'
-    )
+@dataclass(frozen=True)
+class OfFigures:
+    """
+    The figures, and their folder.
+
+    Parameters
+    ----------
+    names : NAME
+        Figures to draw (default: all).
+    folder : FOLDER
+        Folder for NAME.png; made if it is missing (default: %(default)s).
+    list_ : bool
+        Print the names of the figures and draw nothing.
+
+    """
+
+    names: list[str] = positional('*')
+    folder: Path = option('-o', '--output', default=Path('figures'), dest='folder')
+    list_: bool = False
+
+
+OPTIONS = (OfFigures(),)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -135,7 +144,7 @@ def run(options: argparse.Namespace) -> int:
 
 def main(words: Sequence[str] | None = None) -> int:
     """Run the study; return its exit code."""
-    return run_study(__doc__, add_arguments, run, words)
+    return run_study(__doc__, OPTIONS, run, words)
 
 
 if __name__ == '__main__':

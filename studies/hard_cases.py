@@ -29,8 +29,9 @@ import numpy as np
 sys.path.append(str(Path(__file__).resolve().parents[1]))  # for `python studies/hard_cases.py`
 from collections.abc import Sequence
 
-from billiard_shot.cli.output import add_format_arguments, Column, print_rows, progress, wants_text
-from billiard_shot.cli.workers import add_work_arguments, mapped
+from billiard_shot.cli.options import positional
+from billiard_shot.cli.output import Column, OfFormat, print_rows, progress, wants_text
+from billiard_shot.cli.workers import mapped, OfWork
 from billiard_shot.impact.integrator import steps_allowed
 from billiard_shot.records import Array
 from billiard_shot.shot.predict import predict
@@ -293,21 +294,25 @@ CASE_COLUMNS = (
 )
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add options that select cases."""
-    parser.add_argument(
-        'words',
-        nargs='*',
-        metavar='WORD',
-        help='solve only cases with all these words in family and name',
-    )
-    add_format_arguments(parser)
-    add_work_arguments(parser)
-    parser.add_argument(
-        '--list',
-        action='store_true',
-        help='describe each family and why it breaks other solvers; solve nothing',
-    )
+@dataclass(frozen=True)
+class OfCases:
+    """
+    The cases.
+
+    Parameters
+    ----------
+    words : WORD
+        Solve only cases with all these words in family and name.
+    list_ : bool
+        Describe each family and why it breaks other solvers; solve nothing.
+
+    """
+
+    words: list[str] = positional('*')
+    list_: bool = False
+
+
+OPTIONS = OfCases(), OfFormat(), OfWork()
 
 
 def run(options: argparse.Namespace) -> int:
@@ -362,7 +367,7 @@ def _row(v: CaseResult) -> dict[str, Any]:
 
 def main(words: Sequence[str] | None = None) -> int:
     """Run the study; return its exit code."""
-    return run_study(__doc__, add_arguments, run, words)
+    return run_study(__doc__, OPTIONS, run, words)
 
 
 if __name__ == '__main__':

@@ -20,14 +20,14 @@ import sys
 import numpy as np
 
 sys.path.append(str(Path(__file__).resolve().parents[1]))  # for `python studies/laws.py`
-from billiard_shot.cli.output import add_format_arguments, Column, print_rows, progress, wants_text
-from billiard_shot.cli.shots import add_scene_argument, scene_name
+from billiard_shot.cli.output import Column, OfFormat, print_rows, progress, wants_text
+from billiard_shot.cli.shots import OfUsualScene, scene_name
 from billiard_shot.cli.stroke_options import (
-    add_stroke_arguments,
+    STROKE_OPTIONS,
     strokes_from_options,
     strokes_given,
 )
-from billiard_shot.cli.workers import add_work_arguments, mapped
+from billiard_shot.cli.workers import mapped, OfWork
 from billiard_shot.pictures.canvas import add_legend, new_figure, save
 from billiard_shot.pictures.colours import BLUE, GREEN, GREY, VERMILION
 from billiard_shot.records import Array
@@ -210,27 +210,28 @@ COUNTS = (
 )
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add options for scene, stroke and picture."""
-    add_scene_argument(parser, 'paper')
-    parser.add_argument(
-        '--count',
-        type=int,
-        default=201,
-        metavar='N',
-        help='number of values of each varied parameter (default: %(default)d)',
-    )
-    parser.add_argument(
-        '--random',
-        type=int,
-        default=0,
-        metavar='N',
-        help='count the discontinuities around N random strokes instead (--workers, --dask)',
-    )
-    parser.add_argument('--picture', type=Path, metavar='FILE.png', help='draw the outcomes')
-    add_stroke_arguments(parser)
-    add_format_arguments(parser)
-    add_work_arguments(parser)
+@dataclass(frozen=True)
+class OfSweeps:
+    """
+    What to vary, and the picture.
+
+    Parameters
+    ----------
+    count : N
+        Number of values of each varied parameter (default: %(default)d).
+    random : N
+        Count the discontinuities around N random strokes instead (--workers, --dask).
+    picture : FILE.png
+        Draw the outcomes.
+
+    """
+
+    count: int = 201
+    random: int = 0
+    picture: Path | None = None
+
+
+OPTIONS = OfUsualScene('paper'), OfSweeps(), *STROKE_OPTIONS, OfFormat(), OfWork()
 
 
 def run(options: argparse.Namespace) -> int:
@@ -399,7 +400,7 @@ def draw_laws(
 
 def main(words: Sequence[str] | None = None) -> int:
     """Run the study; return its exit code."""
-    return run_study(__doc__, add_arguments, run, words)
+    return run_study(__doc__, OPTIONS, run, words)
 
 
 if __name__ == '__main__':

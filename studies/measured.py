@@ -21,8 +21,8 @@ import numpy as np
 sys.path.append(str(Path(__file__).resolve().parents[1]))  # for `python studies/measured.py`
 from collections.abc import Sequence
 
-from billiard_shot.cli.output import add_format_arguments, print_csv, progress, table
-from billiard_shot.cli.workers import add_work_arguments, mapped
+from billiard_shot.cli.output import OfFormat, print_csv, progress, table
+from billiard_shot.cli.workers import mapped, OfWork
 from billiard_shot.scene import BallBall, Scene
 from billiard_shot.table.run.results import rounded
 from studies import published
@@ -433,10 +433,7 @@ LINE_WIDTH = 80  # characters of a line
 LABEL_WIDTH = 40  # characters of the name of a row
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add options for formats and workers."""
-    add_format_arguments(parser)
-    add_work_arguments(parser)
+OPTIONS = OfFormat(), OfWork()
 
 
 def run(options: argparse.Namespace) -> int:
@@ -515,7 +512,7 @@ def _as_json(groups: list[Group]) -> dict[str, Any]:
 
 def main(words: Sequence[str] | None = None) -> int:
     """Run the study; return its exit code."""
-    return run_study(__doc__, add_arguments, run, words)
+    return run_study(__doc__, OPTIONS, run, words)
 
 
 if __name__ == '__main__':

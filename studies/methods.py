@@ -20,14 +20,15 @@ from time import process_time
 import numpy as np
 
 sys.path.append(str(Path(__file__).resolve().parents[1]))  # for `python studies/methods.py`
-from billiard_shot.cli.output import add_format_arguments, Column, print_rows, progress, wants_text
-from billiard_shot.cli.shots import add_scene_argument, scene_name
+from billiard_shot.cli.options import option
+from billiard_shot.cli.output import Column, OfFormat, print_rows, progress, wants_text
+from billiard_shot.cli.shots import OfUsualScene, scene_name
 from billiard_shot.cli.stroke_options import (
-    add_stroke_arguments,
+    STROKE_OPTIONS,
     strokes_from_options,
     strokes_given,
 )
-from billiard_shot.cli.workers import add_work_arguments, mapped
+from billiard_shot.cli.workers import mapped, OfWork
 from billiard_shot.pictures.canvas import add_legend, new_figure, save
 from billiard_shot.pictures.colours import BLACK, BLUE, GREEN, PURPLE, VERMILION
 from billiard_shot.records import Array
@@ -359,16 +360,25 @@ ACCURACY_COLUMNS = (
 )
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add options for scene, strokes and files."""
-    add_scene_argument(parser, 'paper')
-    parser.add_argument(
-        '-o', '--output', type=Path, metavar='FILE.csv', help='write every measurement'
-    )
-    parser.add_argument('--picture', type=Path, metavar='FILE.png', help='draw errors over work')
-    add_stroke_arguments(parser)
-    add_format_arguments(parser)
-    add_work_arguments(parser)
+@dataclass(frozen=True)
+class OfFiles:
+    """
+    The files.
+
+    Parameters
+    ----------
+    output : FILE.csv
+        Write every measurement.
+    picture : FILE.png
+        Draw errors over work.
+
+    """
+
+    output: Path | None = option('-o')
+    picture: Path | None = None
+
+
+OPTIONS = OfUsualScene('paper'), OfFiles(), *STROKE_OPTIONS, OfFormat(), OfWork()
 
 
 def run(options: argparse.Namespace) -> int:
@@ -517,7 +527,7 @@ def settings_that_pay(
 
 def main(words: Sequence[str] | None = None) -> int:
     """Run the study; return its exit code."""
-    return run_study(__doc__, add_arguments, run, words)
+    return run_study(__doc__, OPTIONS, run, words)
 
 
 if __name__ == '__main__':

@@ -25,9 +25,9 @@ sys.path.append(str(Path(__file__).resolve().parents[1]))  # for `python studies
 from collections.abc import Sequence
 
 from billiard_shot.cli.output import (
-    add_format_arguments,
     Column,
     numbers,
+    OfFormat,
     print_footer,
     print_rows,
 )
@@ -207,9 +207,7 @@ FOOTER = (
 )
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add options for the format."""
-    add_format_arguments(parser)
+OPTIONS = (OfFormat(),)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -242,7 +240,7 @@ def _row(
 
 def main(words: Sequence[str] | None = None) -> int:
     """Run the study; return its exit code."""
-    return run_study(__doc__, add_arguments, run, words)
+    return run_study(__doc__, OPTIONS, run, words)
 
 
 if __name__ == '__main__':

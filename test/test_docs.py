@@ -16,7 +16,8 @@ import pytest
 import billiard_shot
 from billiard_shot import machine_code
 from billiard_shot.cli import main
-from billiard_shot.cli.stroke_options import add_stroke_arguments, strokes_from_options
+from billiard_shot.cli.options import add_options
+from billiard_shot.cli.stroke_options import STROKE_OPTIONS, strokes_from_options
 from billiard_shot.shot.stroke import read_strokes
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -104,7 +105,7 @@ STROKES = re.compile(r'(?:predict_shot|player)((?: --[a-z-]+ -?\d[\d.]*)+)')
 def test_strokes_for_the_robot_are_not_miscues():
     """Those of pages and help texts on the default scene, and those of the demo on its own."""
     parser = argparse.ArgumentParser()
-    add_stroke_arguments(parser)
+    add_options(parser, *STROKE_OPTIONS)
     texts = [*map(text_of, PAGES), *(file.read_text() for file in ROBOT.glob('*.py'))]
     given = {words for text in texts for words in STROKES.findall(text)}
     assert len(given) >= 3

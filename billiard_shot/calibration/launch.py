@@ -295,7 +295,8 @@ def ways_of(model: CalibrationModel, samples: Samples, launches: Floats) -> Floa
     task = TableTask(*model.params, starts, TOLERANCE, TOLERANCE, MAX_EVENTS, until=until)
     played = run_tables(task._replace(times=times))
     places = model.frame(samples).to_recording(played.places[:, samples.ball, samples.at, :2])
-    places[(played.status != Status.OK) & (played.status != Status.OFF_TABLE)] = np.inf
+    status = played.tables['status']
+    places[(status != Status.OK) & (status != Status.OFF_TABLE)] = np.inf
     return places
 
 

@@ -1,11 +1,11 @@
 """
 `billiard-shot COMMAND ...`: the library for people without ROS.
 
-Each command is a module of this package, or of `cli.study` or `cli.calibrate`, with two members:
-`add_arguments`, which adds its options to a parser; and `run`, which executes it and returns the
-exit code. A module is imported only if its command is requested, so that it does not slow down the
-others. In all commands the scene comes first, `--output` names the file, and numbers are also
-printed as JSON or CSV.
+Each command is a module of this package, or of `cli.study`, `cli.calibrate` or `cli.scene`, with
+two members: `OPTIONS`, see `cli.options`; and `run`, which executes it and returns the exit code.
+A module is imported only if its command is requested, so that it does not slow down the others.
+In all commands the scene comes first, `--output` names the file, and numbers are also printed as
+JSON or CSV.
 """
 
 import argparse
@@ -18,6 +18,7 @@ from typing import Any, NoReturn
 
 import billiard_shot
 from billiard_shot.cli.files import check_files, PICTURES
+from billiard_shot.cli.options import add_options, check_options
 from billiard_shot.cli.output import (
     discard_output,
     EXIT_CODES,
@@ -54,9 +55,19 @@ CALIBRATIONS = {
     'table': 'fit cloth, cushions and balls of a scene to recorded shots; say how surely',
     'errors': "estimate a player's errors from measured strokes, or from watched shots",
     'machine': 'find where a robot stands at its table, and how it errs, from its strikes',
+    'film': 'write a recording from a film of a table: find table, balls and shots',
     'convert': 'write a recording as CSV',
 }
-GROUPS = {'study': ('STUDY', STUDIES), 'calibrate': ('WHAT', CALIBRATIONS)}
+SCENES = {
+    'check': 'report every mistake in scene files, with line, key and allowed range',
+    'show': 'print a scene with all its default values',
+    'list': 'list the bundled scenes',
+}
+GROUPS = {
+    'study': ('STUDY', STUDIES),
+    'calibrate': ('WHAT', CALIBRATIONS),
+    'scene': ('ACTION', SCENES),
+}
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -69,6 +80,7 @@ def run_command(parse: Callable[[], argparse.Namespace]) -> int:
     """Parse a command line and run what it asks for; return the exit code, see `EXIT_CODES`."""
     try:
         options = parse()
+        check_options(options, options.parser)
         check_files(options)  # before the work, not after it
         if any(getattr(options, name, None) for name in PICTURES):
             require_matplotlib()
@@ -170,7 +182,7 @@ def _complete(
     """Add the options of a command, and what runs it, if it is wanted."""
     if wanted is None or words in wanted:
         module = import_module('.'.join(['billiard_shot.cli', *words]).replace('-', '_'))
-        module.add_arguments(parser)
+        add_options(parser, *module.OPTIONS)
         parser.set_defaults(run=module.run, parser=parser)
         words = [_word(each) for each in parser._get_positional_actions()]
         parser.usage = ' '.join(['%(prog)s', *words, '[options]'])

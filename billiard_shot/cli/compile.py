@@ -1,8 +1,11 @@
 """`billiard-shot compile`: build the library of machine code for the sources of this package."""
 
 import argparse
+from dataclasses import dataclass
 import sys
+from typing import ClassVar
 
+from billiard_shot.cli.options import positional
 from billiard_shot.compiler.build import provide
 from billiard_shot.compiler.tools import missing_tool
 from billiard_shot.scene.errors import must_be_one_of
@@ -11,15 +14,24 @@ TARGETS = 'linux-x86_64', 'linux-aarch64', 'wasm32', 'darwin-arm64', 'windows-am
 UNTESTED = 2  # the last ones
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the targets."""
-    parser.add_argument(
-        'targets',
-        nargs='*',
-        metavar='TARGET',
-        help=f'{", ".join(TARGETS[:-UNTESTED])}, or, untested, '
-        f'{" or ".join(TARGETS[-UNTESTED:])}; by default this machine',
-    )
+@dataclass(frozen=True)
+class OfTargets:
+    """
+    What to compile for.
+
+    Parameters
+    ----------
+    targets : TARGET
+        %(TESTED)s, or, untested, %(OTHERS)s; by default this machine.
+
+    """
+
+    TESTED: ClassVar = ', '.join(TARGETS[:-UNTESTED])
+    OTHERS: ClassVar = ' or '.join(TARGETS[-UNTESTED:])
+    targets: list[str] = positional('*')
+
+
+OPTIONS = (OfTargets(),)
 
 
 def run(options: argparse.Namespace) -> int:

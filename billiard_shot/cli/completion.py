@@ -1,16 +1,28 @@
 """`billiard-shot completion`: completion of commands and options by the shell."""
 
 import argparse
+from dataclasses import dataclass
+
+from billiard_shot.cli.options import positional
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the shell."""
-    parser.add_argument(
-        'shell',
-        choices=['bash', 'zsh'],
-        help='bash: eval "$(billiard-shot completion bash)"; zsh: write it to _billiard-shot in a '
-        'folder of $fpath',
-    )
+@dataclass(frozen=True)
+class OfShell:
+    """
+    The shell.
+
+    Parameters
+    ----------
+    shell : str
+        bash: eval "$(billiard-shot completion bash)"; zsh: write it to _billiard-shot in a folder
+        of $fpath.
+
+    """
+
+    shell: str = positional(choices=['bash', 'zsh'])
+
+
+OPTIONS = (OfShell(),)
 
 
 def run(options: argparse.Namespace) -> int:

@@ -3,37 +3,58 @@
 import argparse
 import asyncio
 from contextlib import suppress
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import ClassVar
 
 from billiard_shot import Scene
-from billiard_shot.cli.shots import add_scene_argument, add_site_argument, scene_name, site_of
+from billiard_shot.cli.options import option
+from billiard_shot.cli.shots import OfSite, OfUsualScene, scene_name, site_of
 from billiard_shot.pictures.view import page_of_scene, write_text
-
-PAGE = Path('table.html')
-LARGEST_PORT = 65535
-EXTRA = "pip install 'billiard_shot[live]'"
+from billiard_shot.scene.fields import whole_number
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add options for the scene and the page."""
-    add_scene_argument(parser, 'nine_ball')
-    parser.add_argument(
-        '-o',
-        '--output',
-        type=Path,
-        metavar='FILE.html',
-        help=f'output file (default: {PAGE})',
-    )
-    parser.add_argument('--title', help='title of the page (default: the name of the scene)')
-    add_site_argument(parser)
-    parser.add_argument(
-        '--plan',
-        action='store_true',
-        help='serve the page on this machine until Ctrl+C, with plans; print its address. Needs '
-        f'the extra live: {EXTRA}',
-    )
-    parser.add_argument('--port', type=int, metavar='N', help='for --plan (default: a free one)')
+@dataclass(frozen=True)
+class OfPage:
+    """
+    The page.
+
+    Parameters
+    ----------
+    output : FILE.html
+        Output file (default: %(PAGE)s).
+    title : str
+        Title of the page (default: the name of the scene).
+
+    """
+
+    PAGE: ClassVar = Path('table.html')
+    output: Path | None = option('-o')
+    title: str | None = None
+
+
+@dataclass(frozen=True)
+class OfServer:
+    """
+    Plans for the page.
+
+    Parameters
+    ----------
+    plan : bool
+        Serve the page on this machine until Ctrl+C, with plans; print its address. Needs the
+        extra live: %(EXTRA)s.
+    port : N
+        For --plan (default: a free one).
+
+    """
+
+    EXTRA: ClassVar = "pip install 'billiard_shot[live]'"
+    plan: bool = False
+    port: int | None = whole_number(minimum=0, maximum=65535, default=None)
+
+
+OPTIONS = OfUsualScene('nine_ball'), OfPage(), OfSite(), OfServer()
 
 
 def run(options: argparse.Namespace) -> int:
@@ -45,7 +66,7 @@ def run(options: argparse.Namespace) -> int:
         return 0
     if options.port is not None:
         raise ValueError('--port needs --plan')
-    output = options.output or PAGE
+    output = options.output or OfPage.PAGE
     if output.suffix != '.html':
         raise ValueError(f'--output must be a file .html, got {output}')
     write_text(output, page_of_scene(name, title, site=site_of(options)))
@@ -57,13 +78,10 @@ def _serve(scene: Scene, title: str, options: argparse.Namespace) -> None:
     for name in ('output', 'site'):
         if getattr(options, name):
             raise ValueError(f'--{name} must not be given together with --plan')
-    port = options.port or 0
-    if not 0 <= port <= LARGEST_PORT:
-        raise ValueError(f'--port must be 0 to {LARGEST_PORT}, got {port}')
     try:
         from billiard_shot.cli.plan_server import serve
     except ModuleNotFoundError:
-        raise ValueError(f'--plan: needs tornado, an extra: {EXTRA}') from None
+        raise ValueError(f'--plan: needs tornado, an extra: {OfServer.EXTRA}') from None
     page = page_of_scene(scene, title, planner=True)
     with suppress(KeyboardInterrupt):
-        asyncio.run(serve(scene, page, port, partial(print, flush=True)))
+        asyncio.run(serve(scene, page, options.port or 0, partial(print, flush=True)))

@@ -1,28 +1,36 @@
 """`billiard-shot export`: a scene, and the compiled core, for pages and for programs in C."""
 
 import argparse
+from dataclasses import dataclass
 import json
 from pathlib import Path
 
+from billiard_shot.cli.options import option, positional
 from billiard_shot.embed.scenes import c_scene, copy_library, copy_module, export_scene
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add options for the scene and the files."""
-    parser.add_argument('scene', metavar='SCENE', help='bundled scene or YAML file')
-    parser.add_argument(
-        '-o',
-        '--output',
-        type=Path,
-        required=True,
-        metavar='FILE',
-        help='NAME.json for the JavaScript module, NAME.h for C',
-    )
-    parser.add_argument(
-        '--core',
-        action='store_true',
-        help='also put the core beside it: module and WebAssembly, or header and library',
-    )
+@dataclass(frozen=True)
+class OfExport:
+    """
+    The scene and the files.
+
+    Parameters
+    ----------
+    scene : SCENE
+        Bundled scene or YAML file.
+    output : FILE
+        NAME.json for the JavaScript module, NAME.h for C.
+    core : bool
+        Also put the core beside it: module and WebAssembly, or header and library.
+
+    """
+
+    scene: str = positional()
+    output: Path = option('-o', required=True)
+    core: bool = False
+
+
+OPTIONS = (OfExport(),)
 
 
 def run(options: argparse.Namespace) -> int:

@@ -1,49 +1,80 @@
 """`billiard-shot map`: success probability of a pot from everywhere on the table."""
 
 import argparse
-from dataclasses import replace
+from dataclasses import dataclass, replace
 import os
 from pathlib import Path
+from typing import Any, ClassVar
 
 import numpy as np
 
 from billiard_shot import Scene
-from billiard_shot.cli.output import (
-    add_format_arguments,
-    Column,
-    print_rows,
-    reporting,
-    wants_text,
-)
-from billiard_shot.cli.shots import (
-    add_scene_argument,
-    add_search_arguments,
-    scene_name,
-    selected_noise,
-)
-from billiard_shot.cli.workers import add_work_arguments, working
+from billiard_shot.cli.options import option
+from billiard_shot.cli.output import Column, OfFormat, print_rows, reporting, wants_text
+from billiard_shot.cli.shots import OfScene, OfSearch, scene_name, selected_noise
+from billiard_shot.cli.workers import OfWork, working
 from billiard_shot.pictures.plan import draw_success_map, map_in_words
 from billiard_shot.planning.success_map import MAP_BUDGET, success_map, USUAL_GRID
+from billiard_shot.scene.fields import whole_number
 from billiard_shot.table.run.results import POCKET_NAMES
 
 MAP_COLUMNS = tuple(map(Column, ('x', 'y', 'success', 'low', 'high')))
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add options for scene, ball, places, search, workers and output."""
-    add_scene_argument(parser)
-    add = parser.add_argument
-    add('--ball', required=True, metavar='NAME', help='ball to be potted')
-    add('--ball-at', type=float, nargs=2, metavar=('X', 'Y'), help='its place in metres')
-    pockets = 'pocket for the ball, may be repeated (default: any)'
-    add('--pocket', action='append', choices=['any', *POCKET_NAMES], help=pockets)
-    usual = 'x'.join(map(str, USUAL_GRID))
-    places = f'places of the cue ball along length and width of the table (default: {usual})'
-    add('--grid', type=_grid, default=USUAL_GRID, metavar='NxM', help=places)
-    add('--picture', type=Path, metavar='FILE.png', help='draw the map')
-    add_search_arguments(parser, MAP_BUDGET, ' for each place')
-    add_work_arguments(parser, os.cpu_count() or 1)
-    add_format_arguments(parser)
+def _grid(text: str) -> tuple[int, int]:
+    try:
+        along, across = (int(each) for each in text.lower().split('x'))
+    except ValueError:
+        raise argparse.ArgumentTypeError(
+            f'must be two whole numbers, such as 24x12, got {text!r}'
+        ) from None
+    return along, across
+
+
+@dataclass(frozen=True)
+class OfMap:
+    """
+    The ball, and the places of the cue ball.
+
+    Parameters
+    ----------
+    ball : NAME
+        Ball to be potted.
+    ball_at : X Y
+        Its place in metres.
+    pocket : str
+        Pocket for the ball, may be repeated (default: any).
+    grid : NxM
+        Places of the cue ball along length and width of the table (default: %(USUAL)s).
+    picture : FILE.png
+        Draw the map.
+
+    """
+
+    USUAL: ClassVar = 'x'.join(map(str, USUAL_GRID))
+    ball: str = option(required=True)
+    ball_at: tuple[float, float] | None = None
+    pocket: list[str] | None = option(action='append', nargs=None, choices=['any', *POCKET_NAMES])
+    grid: Any = option(default=USUAL_GRID, type=_grid)
+    picture: Path | None = None
+
+
+@dataclass(frozen=True)
+class OfPlaceSearch(OfSearch):
+    """
+    The search from each place.
+
+    Parameters
+    ----------
+    budget : N
+        Largest number of simulated strokes for each place (default: %(default)d).
+
+    """
+
+    budget: int = whole_number(minimum=1, default=MAP_BUDGET)
+
+
+OPTIONS = OfScene(), OfMap(), OfPlaceSearch(), OfWork(os.cpu_count() or 1), OfFormat()
 
 
 def run(options: argparse.Namespace) -> int:
@@ -78,13 +109,3 @@ def run(options: argparse.Namespace) -> int:
     if options.picture:
         draw_success_map(made, options.picture)
     return 0
-
-
-def _grid(text: str) -> tuple[int, int]:
-    try:
-        along, across = (int(each) for each in text.lower().split('x'))
-    except ValueError:
-        raise argparse.ArgumentTypeError(
-            f'must be two whole numbers, such as 24x12, got {text!r}'
-        ) from None
-    return along, across

@@ -16,7 +16,7 @@ import sys
 import textwrap
 from time import monotonic
 from types import FrameType
-from typing import Any, cast, TypeVar
+from typing import Any, cast, ClassVar, TypeVar
 import unicodedata
 
 DONE, FAILED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
@@ -141,13 +141,23 @@ class Column:
     show: Callable[[Any], str] = str
 
 
-def add_format_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add --json and --csv."""
-    formats = parser.add_mutually_exclusive_group()
-    formats.add_argument(
-        '--json', action='store_true', help='print JSON, an object per line, in SI units'
-    )
-    formats.add_argument('--csv', action='store_true', help='print CSV, in SI units')
+@dataclass(frozen=True)
+class OfFormat:
+    """
+    Formats for programs.
+
+    Parameters
+    ----------
+    json : bool
+        Print JSON, an object per line, in SI units.
+    csv : bool
+        Print CSV, in SI units.
+
+    """
+
+    EXCLUSIVE: ClassVar = True
+    json: bool = False
+    csv: bool = False
 
 
 def wants_text(options: argparse.Namespace) -> bool:

@@ -1,59 +1,46 @@
 """`billiard-shot plan`: the stroke most likely to reach a target."""
 
 import argparse
-from dataclasses import asdict, fields
+from dataclasses import asdict, dataclass, fields
 import json
 import math
 from pathlib import Path
 import sys
 import textwrap
-from typing import Any
+from typing import Any, ClassVar
 
 import billiard_shot
 from billiard_shot import PlanResult, RankedStroke, save_shot, Scene
+from billiard_shot.cli.options import option
 from billiard_shot.cli.output import (
-    add_format_arguments,
     Column,
     DONE,
     FAILED,
     INTERRUPTED,
     interruptible,
+    OfFormat,
     print_rows,
     reporting,
     wants_text,
     WIDTH,
 )
-from billiard_shot.cli.shots import (
-    add_scene_argument,
-    add_search_arguments,
-    scene_name,
-    selected_noise,
-)
-from billiard_shot.cli.workers import add_work_arguments, working
+from billiard_shot.cli.shots import OfScene, OfSearch, scene_name, selected_noise
+from billiard_shot.cli.workers import OfWork, working
 from billiard_shot.pictures.plan import draw_plan
 from billiard_shot.pictures.view import write_page
 from billiard_shot.planning.plan import IN_HAND_PLACES, USUAL_SECONDS
-from billiard_shot.planning.problem import BALL_CONSTRAINTS, limits_of
+from billiard_shot.planning.problem import limits_of
 from billiard_shot.planning.result import sample_outcomes
 from billiard_shot.planning.search import NORMAL_BUDGET
 from billiard_shot.planning.statistics import percent
 from billiard_shot.planning.targets import KINDS, target_of
-from billiard_shot.scene import Noise, Robot
-from billiard_shot.scene.fields import whole
+from billiard_shot.scene import Noise
+from billiard_shot.scene.fields import whole_number
 from billiard_shot.scene.player import OFFSETS
 from billiard_shot.status import Status
 from billiard_shot.table.run.results import POCKET_NAMES
 
 PICTURE_TRIALS = 400  # noisy executions in a picture
-LIMITS = {
-    'speed_min': 'smallest speed of the cue (m/s)',
-    'speed_max': 'largest speed of the cue (m/s)',
-    'elevation_min_deg': 'smallest downward angle of the cue (degrees)',
-    'elevation_max_deg': 'largest downward angle of the cue (degrees)',
-    'azimuth_deg': 'middle of the directions of the cue, counter-clockwise from +x (degrees)',
-    'azimuth_half_range_deg': 'how far the directions reach to each side of the middle (degrees)',
-    'offset_max': "largest distance of the tip from the ball's middle (ball radii)",
-}
 PLAN_COLUMNS = (
     Column('rank', ' '),
     Column('success', 'success', '(%)', lambda chance: f'{percent(chance):>5}'),
@@ -70,124 +57,174 @@ PLAN_COLUMNS = (
 )
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add options for scene, target, limits, noise, budget and output."""
-    add_scene_argument(parser)
-    target = parser.add_argument_group('target: one of these')
-    target.add_argument(
-        '--pot', nargs='+', metavar='BALL', help='ball to be potted, several, or any'
-    )
-    target.add_argument('--hit', metavar='BALL', help='ball to be hit first')
-    target.add_argument(
-        '--safe',
-        nargs='+',
-        metavar='BALL',
-        help='balls of which one is hit first, so that no good direct shot is left; or any',
-    )
-    target.add_argument(
-        '--break',
-        nargs='+',
-        metavar='BALL',
-        help='balls of which one is hit first, so that a ball falls; or any',
-    )
-    for name, text in (
-        ('rest', 'point at which the cue ball has to rest (m)'),
-        ('pass', 'point that the cue ball has to pass (m)'),
-    ):
-        target.add_argument(f'--{name}', type=float, nargs=2, metavar=('X', 'Y'), help=text)
-    target.add_argument(
-        '--gate',
-        type=float,
-        nargs=4,
-        metavar=('X1', 'Y1', 'X2', 'Y2'),
-        help='two points between which the cue ball has to pass (m)',
-    )
-    more = parser.add_argument_group('details of the target')
-    more.add_argument(
-        '--pocket',
-        action='append',
-        choices=['any', *POCKET_NAMES],
-        help='pocket for --pot, may be repeated (default: any)',
-    )
-    for name, text in (
-        ('leave', 'for --pot: point at which the cue ball has to rest (m)'),
-        ('at', 'for --hit: point at which the cue ball has to touch the ball (m)'),
-        ('direction', 'for --hit: direction in which the ball has to leave, any length'),
-    ):
-        more.add_argument(f'--{name}', type=float, nargs=2, metavar=('X', 'Y'), help=text)
-    more.add_argument(
-        '--radius', type=float, metavar='M', help='largest distance from the point (m)'
-    )
-    more.add_argument(
-        '--direction-tolerance-deg',
-        type=float,
-        metavar='DEG',
-        help='largest deviation from --direction (degrees)',
-    )
-    more.add_argument(
-        '--against',
-        nargs='+',
-        metavar='BALL',
-        help='for --safe: balls that the other player may pot (default: any)',
-    )
-    more.add_argument(
-        '--chance',
-        type=float,
-        metavar='P',
-        help='for --safe: largest chance of a direct shot that is left (default: 0.2)',
-    )
-    more.add_argument(
-        '--pots', type=int, metavar='N', help='for --break: how many balls fall (default: 1)'
-    )
-    more.add_argument(
-        '--place',
-        choices=IN_HAND_PLACES,
-        help='for --pot and --break: the cue ball is in hand, and is put where it is best',
-    )
-    limits = parser.add_argument_group('limits that replace those of the scene')
-    limits.add_argument(
-        '--first-contact', nargs='+', metavar='BALL', help='balls of which one must be hit first'
-    )
-    limits.add_argument('--keep', nargs='+', metavar='BALL', help='balls that must not be potted')
-    for field in fields(Robot):
-        option = f'--{field.name.replace("_", "-")}'
-        limits.add_argument(option, type=float, metavar='NUMBER', help=LIMITS[field.name])
-    add_search_arguments(parser, NORMAL_BUDGET, '')
-    parser.add_argument(
-        '--seconds',
-        type=float,
-        metavar='S',
-        help=f'end the search after this time (default: {USUAL_SECONDS:g}; none with --budget)',
-    )
-    parser.set_defaults(budget=None)  # to tell whether it is given
-    add_format_arguments(parser)
-    add_work_arguments(parser)
-    files = parser.add_argument_group('files')
-    files.add_argument(
-        '--rank', type=int, default=1, metavar='N', help='which stroke to write (default: 1)'
-    )
-    files.add_argument(
-        '-o',
-        '--output',
-        type=Path,
-        metavar='FILE.json',
-        help='write the shot of that stroke, as predict does',
-    )
-    files.add_argument(
-        '--view', type=Path, metavar='FILE.html', help='write its page, as view does'
-    )
-    files.add_argument(
-        '--picture',
-        type=Path,
-        metavar='FILE.png',
-        help='draw it, with the outcomes of noisy executions',
-    )
+@dataclass(frozen=True)
+class OfTarget:
+    """
+    The target.
+
+    Parameters
+    ----------
+    pot : BALL
+        Ball to be potted, several, or any.
+    hit : BALL
+        Ball to be hit first.
+    safe : BALL
+        Balls of which one is hit first, so that no good direct shot is left; or any.
+    break_ : BALL
+        Balls of which one is hit first, so that a ball falls; or any.
+    rest : X Y
+        Point at which the cue ball has to rest (m).
+    pass_ : X Y
+        Point that the cue ball has to pass (m).
+    gate : X1 Y1 X2 Y2
+        Two points between which the cue ball has to pass (m).
+
+    """
+
+    TITLE: ClassVar = 'target: one of these'
+    pot: list[str] | None = None
+    hit: str | None = None
+    safe: list[str] | None = None
+    break_: list[str] | None = None
+    rest: tuple[float, float] | None = None
+    pass_: tuple[float, float] | None = None
+    gate: tuple[float, float, float, float] | None = None
+
+
+@dataclass(frozen=True)
+class OfDetails:
+    """
+    Details of the target.
+
+    Parameters
+    ----------
+    pocket : str
+        Pocket for --pot, may be repeated (default: any).
+    leave : X Y
+        For --pot: point at which the cue ball has to rest (m).
+    at : X Y
+        For --hit: point at which the cue ball has to touch the ball (m).
+    direction : X Y
+        For --hit: direction in which the ball has to leave, any length.
+    radius : M
+        Largest distance from the point (m).
+    direction_tolerance_deg : DEG
+        Largest deviation from --direction (degrees).
+    against : BALL
+        For --safe: balls that the other player may pot (default: any).
+    chance : P
+        For --safe: largest chance of a direct shot that is left (default: 0.2).
+    pots : N
+        For --break: how many balls fall (default: 1).
+    place : str
+        For --pot and --break: the cue ball is in hand, and is put where it is best.
+
+    """
+
+    TITLE: ClassVar = 'details of the target'
+    pocket: list[str] | None = option(action='append', nargs=None, choices=['any', *POCKET_NAMES])
+    leave: tuple[float, float] | None = None
+    at: tuple[float, float] | None = None
+    direction: tuple[float, float] | None = None
+    radius: float | None = None
+    direction_tolerance_deg: float | None = None
+    against: list[str] | None = None
+    chance: float | None = None
+    pots: int | None = None
+    place: str | None = option(choices=IN_HAND_PLACES)
+
+
+@dataclass(frozen=True)
+class OfConstraints:
+    """
+    Limits of the stroke, of the table and of the player.
+
+    Parameters
+    ----------
+    first_contact : BALL
+        Balls of which one must be hit first.
+    keep : BALL
+        Balls that must not be potted.
+    speed_min : NUMBER
+        Smallest speed of the cue (m/s).
+    speed_max : NUMBER
+        Largest speed of the cue (m/s).
+    elevation_min_deg : NUMBER
+        Smallest downward angle of the cue (degrees).
+    elevation_max_deg : NUMBER
+        Largest downward angle of the cue (degrees).
+    azimuth_deg : NUMBER
+        Middle of the directions of the cue, counter-clockwise from +x (degrees).
+    azimuth_half_range_deg : NUMBER
+        How far the directions reach to each side of the middle (degrees).
+    offset_max : NUMBER
+        Largest distance of the tip from the ball's middle (ball radii).
+
+    """
+
+    TITLE: ClassVar = 'limits that replace those of the scene'
+    first_contact: list[str] | None = None
+    keep: list[str] | None = None
+    speed_min: float | None = None
+    speed_max: float | None = None
+    elevation_min_deg: float | None = None
+    elevation_max_deg: float | None = None
+    azimuth_deg: float | None = None
+    azimuth_half_range_deg: float | None = None
+    offset_max: float | None = None
+
+
+@dataclass(frozen=True)
+class OfLimitedSearch(OfSearch):
+    """
+    How long to search.
+
+    Parameters
+    ----------
+    budget : N
+        Largest number of simulated strokes (default: %(BUDGET)d).
+    seconds : S
+        End the search after this time (default: %(SECONDS)g; none with --budget).
+
+    """
+
+    BUDGET: ClassVar = NORMAL_BUDGET
+    SECONDS: ClassVar = USUAL_SECONDS
+    budget: int | None = whole_number(minimum=1, default=None)
+    seconds: float | None = None
+
+
+@dataclass(frozen=True)
+class OfFiles:
+    """
+    The files.
+
+    Parameters
+    ----------
+    rank : N
+        Which stroke to write (default: %(default)d).
+    output : FILE.json
+        Write the shot of that stroke, as predict does.
+    view : FILE.html
+        Write its page, as view does.
+    picture : FILE.png
+        Draw it, with the outcomes of noisy executions.
+
+    """
+
+    TITLE: ClassVar = 'files'
+    rank: int = whole_number(minimum=1, default=1)
+    output: Path | None = option('-o')
+    view: Path | None = None
+    picture: Path | None = None
+
+
+SEARCH_OPTIONS = OfLimitedSearch(), OfFormat(), OfWork()
+OPTIONS = OfScene(), OfTarget(), OfDetails(), OfConstraints(), *SEARCH_OPTIONS, OfFiles()
 
 
 def run(options: argparse.Namespace) -> int:
     """Plan, write and print; 1: no plan, 130: after Ctrl+C. ValueError for an invalid request."""
-    if options.rank < 1:
-        raise ValueError(f'--rank must be at least 1, got {options.rank}')
     scene = Scene.load(scene_name(options))
     noise = selected_noise(options, scene)
     target = target_of(scene, _target(options))
@@ -196,8 +233,6 @@ def run(options: argparse.Namespace) -> int:
     seconds, budget = options.seconds, options.budget
     if budget is None:
         seconds, budget = seconds or USUAL_SECONDS, NORMAL_BUDGET
-    for name, value, least in (('budget', budget, 1), ('seed', options.seed, 0)):
-        whole(f'--{name}', value, least)
     with (
         working(options.workers, options.dask) as executor,
         reporting('strokes', budget) as report,
@@ -248,25 +283,10 @@ def _write(chosen: RankedStroke, noise: Noise, options: argparse.Namespace) -> N
 
 def _target(options: argparse.Namespace) -> dict[str, Any]:
     """Collect the options of the target; `plan` checks them."""
-    names = (
-        'pot',
-        'hit',
-        'safe',
-        'break',
-        'against',
-        'chance',
-        'pots',
-        'rest',
-        'pass',
-        'pocket',
-        'leave',
-        'at',
-        'direction',
-        'radius',
-        'direction_tolerance_deg',
-    )
+    names = [each.name.rstrip('_') for kind in (OfTarget, OfDetails) for each in fields(kind)]
     given = {name: value for name in names if (value := getattr(options, name)) is not None}
-    if options.gate:
+    given.pop('place', None)
+    if 'gate' in given:
         given['gate'] = options.gate[:2], options.gate[2:]
     if not given:
         raise ValueError(f'target is missing; give one of --{", --".join(KINDS)}')
@@ -274,7 +294,7 @@ def _target(options: argparse.Namespace) -> dict[str, Any]:
 
 
 def _constraints(options: argparse.Namespace) -> dict[str, Any]:
-    names = (*BALL_CONSTRAINTS, *asdict(Robot()))
+    names = (each.name for each in fields(OfConstraints))
     return {name: value for name in names if (value := getattr(options, name)) is not None}
 
 

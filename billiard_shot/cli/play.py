@@ -1,17 +1,18 @@
 """`billiard-shot play`: one rack, between players or against a person in the terminal."""
 
 import argparse
-from dataclasses import replace
+from dataclasses import dataclass, replace
 import io
 import json
 from pathlib import Path
 import sys
 import tempfile
+from typing import ClassVar
 
 from billiard_shot import Scene
 from billiard_shot.cli.output import DONE
 from billiard_shot.cli.person import Quit
-from billiard_shot.cli.tournament import add_game_arguments, find_own_modules
+from billiard_shot.cli.tournament import find_own_modules, OfGame
 from billiard_shot.game.rack import (
     agent_names,
     agents_of,
@@ -27,43 +28,50 @@ from billiard_shot.game.state import find_game
 from billiard_shot.pictures.rack import write_rack
 from billiard_shot.pictures.view import open_page
 from billiard_shot.scene.errors import refused
-from billiard_shot.scene.fields import whole
+from billiard_shot.scene.fields import whole_number
 from billiard_shot.table.run.results import plural
 
 PERSON = 'person'
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add options for game, players and output."""
-    add_game_arguments(parser)
-    parser.add_argument(
-        '--players',
-        nargs='+',
-        metavar='NAME',
-        help=f'two of {PERSON}, {", ".join(agent_names())}, or modules (default: {PERSON} player)',
-    )
-    parser.add_argument(
-        '--rack', type=int, default=0, metavar='N', help='number of the rack, as of tournaments'
-    )
-    parser.add_argument(
-        '--state',
-        type=Path,
-        metavar='FILE',
-        help='file of the game, written after each shot; if it exists, the game goes on from it',
-    )
-    parser.add_argument(
-        '--pages', type=Path, metavar='FOLDER', help='write a page for each shot into this folder'
-    )
-    parser.add_argument(
-        '--browser', action='store_true', help='show the page of each shot in the browser'
-    )
-    parser.add_argument('--json', action='store_true', help='print the record of the rack as JSON')
+@dataclass(frozen=True)
+class OfPlay:
+    """
+    The players, the rack, and the output.
+
+    Parameters
+    ----------
+    players : NAME
+        Two of %(PERSON)s, %(AGENTS)s, or modules (default: %(PERSON)s player).
+    rack : N
+        Number of the rack, as of tournaments.
+    state : FILE
+        File of the game, written after each shot; if it exists, the game goes on from it.
+    pages : FOLDER
+        Write a page for each shot into this folder.
+    browser : bool
+        Show the page of each shot in the browser.
+    json : bool
+        Print the record of the rack as JSON.
+
+    """
+
+    PERSON: ClassVar = PERSON
+    AGENTS: ClassVar = ', '.join(agent_names())
+    players: list[str] | None = None
+    rack: int = whole_number(minimum=0, default=0)
+    state: Path | None = None
+    pages: Path | None = None
+    browser: bool = False
+    json: bool = False
+
+
+OPTIONS = OfGame(), OfPlay()
 
 
 def run(options: argparse.Namespace) -> int:
     """Play and print; ValueError for an invalid request."""
     find_own_modules()
-    number, seed = whole('--rack', options.rack, 0), whole('--seed', options.seed, 0)
     scene = Scene.load(options.scene)
     needed = find_game(options.game).players
     given = options.players or [PERSON, 'player'][:needed]
@@ -72,9 +80,9 @@ def run(options: argparse.Namespace) -> int:
     names = tuple(given)
     modules = tuple('billiard_shot.cli.person' if name == PERSON else name for name in names)
     _check_streams(options, talks_to_a_person=PERSON in names)
-    pairing = Pairing(options.game, scene, modules, seed, options.balls)
+    pairing = Pairing(options.game, scene, modules, options.seed, options.balls)
     check_pairing(pairing)
-    record = replace(first_record(pairing, number), players=names)
+    record = replace(first_record(pairing, options.rack), players=names)
     if options.state and options.state.exists():
         record = _continued(options.state, record)
     talks = PERSON in names or not options.json

@@ -1,15 +1,17 @@
 """`billiard-shot predict`: predict the shot of a stroke."""
 
 import argparse
+from dataclasses import dataclass
 import json
 import math
 from pathlib import Path
 import sys
-from typing import Any
+from typing import Any, ClassVar
 
 from billiard_shot import effects_of, save_shot, Shot
-from billiard_shot.cli.output import add_format_arguments, print_csv
-from billiard_shot.cli.shots import add_shot_arguments, of_each, shots_of, title_of
+from billiard_shot.cli.options import option
+from billiard_shot.cli.output import OfFormat, print_csv
+from billiard_shot.cli.shots import of_each, SHOT_OPTIONS, shots_of, title_of
 from billiard_shot.pictures.collision import draw_strike
 from billiard_shot.pictures.history import draw_history
 from billiard_shot.pictures.table import draw_shot
@@ -22,30 +24,48 @@ from billiard_shot.shot.shot import wrapped_fact
 from billiard_shot.table.run.results import POCKET_NAMES
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add options for shots and output."""
-    add_shot_arguments(parser)
-    add_format_arguments(parser)
-    parser.add_argument(
-        '--pot',
-        metavar='BALL',
-        help='say why this ball does not fall (into --pocket): thick or thin, and why '
-        '(default: the ball of --aim, if --pocket is given)',
-    )
-    files = parser.add_argument_group('files; FILE-NAME for each of several strokes')
-    files.add_argument(
-        '-o',
-        '--output',
-        type=Path,
-        metavar='FILE.json',
-        help='write the shot: the complete input and result',
-    )
-    for name, text in (
-        ('picture', 'the table from above'),
-        ('history', 'speed, spin and energy over time'),
-        ('close-up', 'the strike: forces, friction, slip and energy'),
-    ):
-        files.add_argument(f'--{name}', type=Path, metavar='FILE.png', help=f'draw {text}')
+@dataclass(frozen=True)
+class OfMiss:
+    """
+    The ball that should fall.
+
+    Parameters
+    ----------
+    pot : BALL
+        Say why this ball does not fall (into --pocket): thick or thin, and why (default: the ball
+        of --aim, if --pocket is given).
+
+    """
+
+    pot: str | None = None
+
+
+@dataclass(frozen=True)
+class OfFiles:
+    """
+    The files.
+
+    Parameters
+    ----------
+    output : FILE.json
+        Write the shot: the complete input and result.
+    picture : FILE.png
+        Draw the table from above.
+    history : FILE.png
+        Draw speed, spin and energy over time.
+    close_up : FILE.png
+        Draw the strike: forces, friction, slip and energy.
+
+    """
+
+    TITLE: ClassVar = 'files; FILE-NAME for each of several strokes'
+    output: Path | None = option('-o')
+    picture: Path | None = None
+    history: Path | None = None
+    close_up: Path | None = None
+
+
+OPTIONS = *SHOT_OPTIONS, OfFormat(), OfMiss(), OfFiles()
 
 
 def run(options: argparse.Namespace) -> int:

@@ -2,24 +2,24 @@
 
 import argparse
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 import json
 import os
-from typing import Any
+from typing import Any, ClassVar
 
 from billiard_shot import Scene
+from billiard_shot.cli.options import positional
 from billiard_shot.cli.output import DONE, progress, table
 from billiard_shot.cli.tournament import find_own_modules
-from billiard_shot.cli.workers import add_work_arguments, working
-from billiard_shot.game.rack import check_pairing, Pairing, play_racks, RackRecord
+from billiard_shot.cli.workers import OfWork, working
+from billiard_shot.game.rack import agent_names, check_pairing, Pairing, play_racks, RackRecord
 from billiard_shot.game.state import find_game
 from billiard_shot.planning.statistics import percent, wilson_interval
-from billiard_shot.scene.fields import positive, whole
+from billiard_shot.scene.fields import number, whole_number
 
 GHOSTS = 'eight_ball_ghost', 'nine_ball_ghost', 'ten_ball_ghost'
 TEST = 'ten_ball_ghost'
 TEN_RACKS = 10  # of the test, which has 100 balls
-RACKS = 20
 PEOPLE = (  # with the sources of the figures
     (
         'ghost',
@@ -34,42 +34,46 @@ PEOPLE = (  # with the sources of the figures
 )
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add options for the player, the table, its noise, and the number of racks."""
-    parser.add_argument(
-        'agent', metavar='AGENT', help='player, greedy, random or a module, with its options'
-    )
-    parser.add_argument(
-        '--scene',
-        default='pool_table',
-        metavar='SCENE',
-        help='table, noise and limits (default: %(default)s)',
-    )
-    parser.add_argument(
-        '--noise-scale',
-        type=float,
-        default=1.0,
-        metavar='K',
-        help='multiplies the noise of the scene (default: 1)',
-    )
-    parser.add_argument(
-        '--racks', type=int, default=RACKS, metavar='N', help='of each game (default: %(default)d)'
-    )
-    parser.add_argument(
-        '--seed', type=int, default=1, metavar='S', help='of racks and errors (default: 1)'
-    )
-    parser.add_argument('--json', action='store_true', help='print the numbers as JSON')
-    add_work_arguments(parser, os.cpu_count() or 1)
+@dataclass(frozen=True)
+class OfRating:
+    """
+    The player, the table, its noise, and the number of racks.
+
+    Parameters
+    ----------
+    agent : AGENT
+        One of %(AGENTS)s, with options, or a module.
+    scene : SCENE
+        Table, noise and limits (default: %(default)s).
+    noise_scale : K
+        Multiplies the noise of the scene (default: %(default)g).
+    racks : N
+        Number of racks of each game (default: %(default)d).
+    seed : S
+        Of racks and errors (default: %(default)d).
+    json : bool
+        Print the numbers as JSON.
+
+    """
+
+    AGENTS: ClassVar = ', '.join(agent_names())
+    agent: str = positional()
+    scene: str = 'pool_table'
+    noise_scale: float = number('', above=0.0, default=1.0)
+    racks: int = whole_number(minimum=1, default=20)
+    seed: int = whole_number(minimum=0, default=1)
+    json: bool = False
+
+
+OPTIONS = OfRating(), OfWork(os.cpu_count() or 1)
 
 
 def run(options: argparse.Namespace) -> int:
     """Play and print. ValueError for an invalid request."""
     find_own_modules()
-    count, seed = whole('--racks', options.racks, 1), whole('--seed', options.seed, 0)
-    scene = Scene.load(options.scene)
-    scale = positive('--noise-scale', options.noise_scale, '')
-    scene = replace(scene, noise=scene.noise.times(scale))
-    pairings = [Pairing(game, scene, (options.agent,), seed) for game in GHOSTS]
+    count, scene = options.racks, Scene.load(options.scene)
+    scene = replace(scene, noise=scene.noise.times(options.noise_scale))
+    pairings = [Pairing(game, scene, (options.agent,), options.seed) for game in GHOSTS]
     for pairing in pairings:
         check_pairing(pairing)
     rows = []

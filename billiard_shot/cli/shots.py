@@ -1,54 +1,82 @@
 """Scenes, strokes, shots and searches on the command line, the same for all commands."""
 
 import argparse
+from dataclasses import dataclass
 from functools import partial
 import math
 from pathlib import Path
 import sys
+from typing import ClassVar
 from urllib.parse import urlsplit
 
 from billiard_shot import load_shot, lowest_elevation, predict, Shot, Stroke
+from billiard_shot.cli.options import constant, option, positional
 from billiard_shot.cli.stroke_options import (
-    add_aim_arguments,
-    add_stroke_arguments,
+    OfAim,
+    STROKE_OPTIONS,
     strokes_from_options,
     strokes_given,
 )
-from billiard_shot.cli.workers import add_work_arguments, mapped
+from billiard_shot.cli.workers import mapped, OfWork
 from billiard_shot.planning.within_noise import NOISES
 from billiard_shot.scene import Noise, Scene
+from billiard_shot.scene.fields import number, whole_number
 from billiard_shot.scene.files import read_yaml, scene_names
 from billiard_shot.shot.play import DEFAULT_SHOT_TOLERANCE
 
 
-def add_scene_argument(
-    parser: argparse.ArgumentParser, default: str | None = None, also: str = ''
-) -> None:
-    """Add the scene, which comes first in all commands; without a default, it is required."""
-    ending = f' (default: {default})' if default else ''
-    parser.add_argument(
-        'scene',
-        nargs='?',
-        metavar='SCENE',
-        help=f'bundled scene (see `billiard-shot scene list`) or YAML file{also}{ending}',
-    )
-    parser.add_argument('--scene', dest='scene_option', metavar='SCENE', help=argparse.SUPPRESS)
-    parser.set_defaults(default_scene=default)
+@dataclass(frozen=True)
+class OfScene:
+    """
+    The scene, which comes first in all commands.
+
+    Parameters
+    ----------
+    scene : SCENE
+        Bundled scene (see `billiard-shot scene list`) or YAML file.
+
+    """
+
+    default_scene: str | None = constant()
+    scene: str | None = positional('?')
+    scene_option: str | None = option('--scene', dest='scene_option', metavar='SCENE')
 
 
-def add_shot_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add options for a recorded shot, or for a scene with a file of strokes or one stroke."""
-    add_scene_argument(parser, 'pool', ', or a recorded shot (.json)')
-    parser.add_argument(
-        '-t',
-        '--tolerance',
-        type=float,
-        metavar='M',
-        help=f'largest error of the trajectories, in metres (default: {DEFAULT_SHOT_TOLERANCE:g})',
-    )
-    add_aim_arguments(parser)
-    add_stroke_arguments(parser)
-    add_work_arguments(parser)
+@dataclass(frozen=True)
+class OfUsualScene(OfScene):
+    """
+    The scene; without it, `default_scene`.
+
+    Parameters
+    ----------
+    scene : SCENE
+        Bundled scene (see `billiard-shot scene list`) or YAML file (default: %(default_scene)s).
+
+    """
+
+
+@dataclass(frozen=True)
+class OfShots(OfScene):
+    """
+    A recorded shot, or a scene for the options of strokes.
+
+    Parameters
+    ----------
+    scene : SCENE
+        Bundled scene (see `billiard-shot scene list`) or YAML file, or a recorded shot (.json)
+        (default: %(default_scene)s).
+    tolerance : M
+        Largest error of the trajectories, in metres (default: %(TOLERANCE)g).
+
+    """
+
+    TOLERANCE: ClassVar = DEFAULT_SHOT_TOLERANCE
+    default_scene: str | None = constant('pool')
+    tolerance: float | None = option('-t')
+
+
+SHOT_OPTIONS = OfShots(), OfAim(), *STROKE_OPTIONS, OfWork()
+"""For a recorded shot, or for a scene with a file of strokes or one stroke."""
 
 
 def scene_name(options: argparse.Namespace) -> str:
@@ -125,59 +153,48 @@ def title_of(name: str, text: str, shots: dict[str, Shot]) -> str:
     return text if len(shots) == 1 else f'stroke {name}: {text}'
 
 
-def add_search_arguments(parser: argparse.ArgumentParser, budget: int, of_what: str) -> None:
+@dataclass(frozen=True)
+class OfSearch:
     """
-    Add options for noise, budget and seed.
+    Noise and seed of a search.
 
-    `budget` is the default; `of_what` completes its help text.
+    Parameters
+    ----------
+    noise : NAME
+        Execution noise: %(choices)s (default: that of the scene).
+    noise_scale : FACTOR
+        Factor on the noise (default: %(default)g).
+    seed : N
+        Seed of all random numbers (default: %(default)d).
+
     """
-    search = parser.add_argument_group('search')
-    search.add_argument(
-        '--noise',
-        metavar='NAME',
-        choices=[*NOISES],
-        help=f'execution noise: {", ".join(NOISES)} (default: that of the scene)',
-    )
-    search.add_argument(
-        '--noise-scale',
-        type=float,
-        default=1.0,
-        metavar='FACTOR',
-        help='factor on the noise (default: %(default)g)',
-    )
-    search.add_argument(
-        '--budget',
-        type=int,
-        default=budget,
-        metavar='N',
-        help=f'largest number of simulated strokes{of_what} (default: {budget})',
-    )
-    search.add_argument(
-        '--seed',
-        type=int,
-        default=1,
-        metavar='N',
-        help='seed of all random numbers (default: %(default)d)',
-    )
+
+    TITLE: ClassVar = 'search'
+    noise: str | None = option(choices=[*NOISES])
+    noise_scale: float = number('', minimum=0, default=1.0)
+    seed: int = whole_number(minimum=0, default=1)
 
 
 def selected_noise(options: argparse.Namespace, scene: Scene) -> Noise:
-    """Select the execution noise; ValueError if an option is invalid."""
-    if not 0.0 <= options.noise_scale < math.inf:
-        raise ValueError(f'--noise-scale must be at least 0, got {options.noise_scale!r}')
+    """Select the execution noise."""
     noise = NOISES[options.noise] if options.noise else scene.noise
     return noise.times(options.noise_scale)
 
 
-def add_site_argument(parser: argparse.ArgumentParser) -> None:
-    """Add the option."""
-    parser.add_argument(
-        '--site',
-        default='',
-        metavar='URL',
-        help='address at which the page is to be published: the links that it shares lead there '
-        '(default: to where the page is)',
-    )
+@dataclass(frozen=True)
+class OfSite:
+    """
+    The address of a page.
+
+    Parameters
+    ----------
+    site : URL
+        Address at which the page is to be published: the links that it shares lead there
+        (default: to where the page is).
+
+    """
+
+    site: str = ''
 
 
 def site_of(options: argparse.Namespace) -> str:

@@ -1,80 +1,111 @@
 """Options for strokes, for all commands that take strokes."""
 
 import argparse
+from dataclasses import dataclass, fields
 from pathlib import Path
 import re
-from typing import Any
+from typing import Any, ClassVar
 
+from billiard_shot.cli.options import option
 from billiard_shot.scene import Scene
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.table.run.results import POCKET_NAMES
 
 
-def add_stroke_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add options for a file of strokes, or for one stroke in one of two forms."""
-    file = parser.add_argument_group('strokes from a file')
-    file.add_argument(
-        '--strokes',
-        type=Path,
-        metavar='FILE.yaml',
-        help='list of strokes, each with fields named like the options below: '
-        '[{speed: 2, b: 0.3, elevation_deg: 5}]',
-    )
-    vectors = parser.add_argument_group('or one stroke by its vectors')
-    for name, text in (
-        ('normal', 'outward normal of the ball at the contact with the tip, any length'),
-        ('velocity', 'velocity of the cue (m/s)'),
-    ):
-        vectors.add_argument(f'--{name}', type=float, nargs=3, metavar=('X', 'Y', 'Z'), help=text)
-    offsets = parser.add_argument_group('or one stroke by its offsets and angles')
-    for name, text in (
-        ('a', 'offset to the right, in ball radii (default: 0)'),
-        ('b', 'offset upwards, in ball radii (default: 0)'),
-        (
-            'elevation-deg',
-            'downward angle of the stroke (default: 0; of predict and view: lowest '
-            'with clearance)',
-        ),
-        ('azimuth-deg', 'direction, counter-clockwise from +x (default: 0)'),
-        ('speed', 'speed of the cue (m/s)'),
-    ):
-        short = SHORT[name]
-        offsets.add_argument(f'-{short}', f'--{name}', type=float, metavar='NUMBER', help=text)
+@dataclass(frozen=True)
+class OfStrokesFile:
+    """
+    A file of strokes.
+
+    Parameters
+    ----------
+    strokes : FILE.yaml
+        List of strokes, such as [{speed: 2, b: 0.3, elevation_deg: 5}], each with fields named
+        like the options below.
+
+    """
+
+    TITLE: ClassVar = 'strokes from a file'
+    strokes: Path | None = None
 
 
-def add_aim_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add options that aim one stroke at a ball or a point of the scene."""
-    aim = parser.add_argument_group('aim, instead of --azimuth-deg')
-    aim.add_argument(
-        '--aim',
-        nargs='+',
-        metavar=('BALL', 'Y'),
-        help='ball to hit, or X Y of a point (m), without correction for throw and swerve; the '
-        'default elevation leaves room for the errors of the player',
-    )
-    aim.add_argument(
-        '--cut',
-        type=float,
-        metavar='DEG',
-        help='cut angle; positive sends the ball to the right, as seen along the stroke '
-        '(default: 0)',
-    )
-    aim.add_argument(
-        '--pocket',
-        choices=POCKET_NAMES,
-        metavar='POCKET',
-        help=f'cut that sends the ball into this pocket: {", ".join(POCKET_NAMES)}',
-    )
-    aim.add_argument(
-        '--correct-squirt',
-        action='store_true',
-        help='turn the cue so that the cue ball leaves along the line, in spite of its side spin',
-    )
+@dataclass(frozen=True)
+class OfVectors:
+    """
+    One stroke by its vectors.
+
+    Parameters
+    ----------
+    normal : X Y Z
+        Outward normal of the ball at the contact with the tip, any length.
+    velocity : X Y Z
+        Velocity of the cue (m/s).
+
+    """
+
+    TITLE: ClassVar = 'or one stroke by its vectors'
+    normal: tuple[float, float, float] | None = None
+    velocity: tuple[float, float, float] | None = None
 
 
-# Short options; z as in azimuth.
-SHORT = {'a': 'a', 'b': 'b', 'elevation-deg': 'e', 'azimuth-deg': 'z', 'speed': 's'}
-NAMES = 'normal', 'velocity', 'a', 'b', 'elevation_deg', 'azimuth_deg', 'speed'
+@dataclass(frozen=True)
+class OfOffsets:
+    """
+    One stroke by its offsets and angles; z as in azimuth.
+
+    Parameters
+    ----------
+    a : NUMBER
+        Offset to the right, in ball radii (default: 0).
+    b : NUMBER
+        Offset upwards, in ball radii (default: 0).
+    elevation_deg : NUMBER
+        Downward angle of the stroke (default: 0; of predict and view: lowest with clearance).
+    azimuth_deg : NUMBER
+        Direction, counter-clockwise from +x (default: 0).
+    speed : NUMBER
+        Speed of the cue (m/s).
+
+    """
+
+    TITLE: ClassVar = 'or one stroke by its offsets and angles'
+    a: float | None = option('-a')
+    b: float | None = option('-b')
+    elevation_deg: float | None = option('-e')
+    azimuth_deg: float | None = option('-z')
+    speed: float | None = option('-s')
+
+
+@dataclass(frozen=True)
+class OfAim:
+    """
+    One stroke at a ball or a point of the scene.
+
+    Parameters
+    ----------
+    aim : BALL Y
+        Ball to hit, or X Y of a point (m), without correction for throw and swerve; the default
+        elevation leaves room for the errors of the player.
+    cut : DEG
+        Cut angle; positive sends the ball to the right, as seen along the stroke (default: 0).
+    pocket : POCKET
+        Cut that sends the ball into this pocket: %(choices)s.
+    correct_squirt : bool
+        Turn the cue so that the cue ball leaves along the line, in spite of its side spin.
+
+    """
+
+    TITLE: ClassVar = 'aim, instead of --azimuth-deg'
+    aim: list[str] | None = None
+    cut: float | None = None
+    pocket: str | None = option(choices=POCKET_NAMES)
+    correct_squirt: bool = False
+
+
+STROKE_OPTIONS = OfStrokesFile(), OfVectors(), OfOffsets()
+"""For a file of strokes, or for one stroke in one of two forms."""
+
+NAMES = tuple(field.name for kind in (OfVectors, OfOffsets) for field in fields(kind))
 
 
 def strokes_given(options: argparse.Namespace) -> bool:

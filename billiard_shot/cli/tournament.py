@@ -1,15 +1,17 @@
 """`billiard-shot tournament`: many racks of a game between two players."""
 
 import argparse
+from dataclasses import dataclass
 import json
 import os
 from pathlib import Path
 import sys
-from typing import Any
+from typing import Any, ClassVar
 
 from billiard_shot import Scene
+from billiard_shot.cli.options import option, positional
 from billiard_shot.cli.output import DONE, INTERRUPTED, progress
-from billiard_shot.cli.workers import add_work_arguments, working
+from billiard_shot.cli.workers import OfWork, working
 from billiard_shot.game.rack import (
     agent_names,
     check_pairing,
@@ -21,24 +23,32 @@ from billiard_shot.game.rack import (
 from billiard_shot.game.state import find_game, game_names
 from billiard_shot.planning.statistics import interval_in_words
 from billiard_shot.scene.errors import must_be
-from billiard_shot.scene.fields import whole
-
-RACKS, QUICK = 100, 10
+from billiard_shot.scene.fields import whole_number
 
 
-def add_game_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the game, the players, the table and the seed."""
-    parser.add_argument('game', metavar='GAME', help=f'one of {", ".join(game_names())}')
-    parser.add_argument(
-        '--scene',
-        default='pool_table',
-        metavar='SCENE',
-        help='table, noise and limits (default: %(default)s)',
-    )
-    parser.add_argument('--balls', type=int, metavar='N', help='how many balls are racked')
-    parser.add_argument(
-        '--seed', type=int, default=1, metavar='S', help='of racks and errors (default: 1)'
-    )
+@dataclass(frozen=True)
+class OfGame:
+    """
+    The game, the table and the seed.
+
+    Parameters
+    ----------
+    game : GAME
+        One of %(GAMES)s.
+    scene : SCENE
+        Table, noise and limits (default: %(default)s).
+    balls : N
+        How many balls are racked.
+    seed : S
+        Of racks and errors (default: %(default)d).
+
+    """
+
+    GAMES: ClassVar = ', '.join(game_names())
+    game: str = positional()
+    scene: str = 'pool_table'
+    balls: int | None = None
+    seed: int = whole_number(minimum=0, default=1)
 
 
 def find_own_modules() -> None:
@@ -47,39 +57,47 @@ def find_own_modules() -> None:
         sys.path.append(os.getcwd())
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add options for game, players, number of racks and output."""
-    add_game_arguments(parser)
-    parser.add_argument(
-        '--players',
-        nargs='+',
-        default=['player', 'greedy'],
-        metavar='NAME',
-        help=f'two of {", ".join(agent_names())}, or modules; one for a game of one player',
-    )
-    parser.add_argument(
-        '--racks', type=int, metavar='N', help=f'number of racks (default: {RACKS})'
-    )
-    parser.add_argument('--quick', action='store_true', help=f'play {QUICK} racks')
-    parser.add_argument(
-        '-o',
-        '--output',
-        type=Path,
-        metavar='FILE.jsonl',
-        help='append each rack to this file; racks that are in it are not played again',
-    )
-    parser.add_argument('--json', action='store_true', help='print the summary as JSON')
-    add_work_arguments(parser, os.cpu_count() or 1)
+@dataclass(frozen=True)
+class OfTournament:
+    """
+    The players, the number of racks, and the output.
+
+    Parameters
+    ----------
+    players : NAME
+        Two of %(AGENTS)s, or modules; one for a game of one player.
+    racks : N
+        Number of racks (default: %(RACKS)d).
+    quick : bool
+        Play %(QUICK)d racks.
+    output : FILE.jsonl
+        Append each rack to this file; racks that are in it are not played again.
+    json : bool
+        Print the summary as JSON.
+
+    """
+
+    AGENTS: ClassVar = ', '.join(agent_names())
+    RACKS: ClassVar = 100
+    QUICK: ClassVar = 10
+    players: list[str] = option(default=('player', 'greedy'))
+    racks: int | None = whole_number(minimum=1, default=None)
+    quick: bool = False
+    output: Path | None = option('-o')
+    json: bool = False
+
+
+OPTIONS = OfGame(), OfTournament(), OfWork(os.cpu_count() or 1)
 
 
 def run(options: argparse.Namespace) -> int:
     """Play and print; after Ctrl+C, the racks so far. ValueError for an invalid request."""
     find_own_modules()
-    count = options.racks if options.racks is not None else QUICK if options.quick else RACKS
-    count = whole('--racks', count, 1)
-    seed = whole('--seed', options.seed, 0)
+    count = options.racks or (OfTournament.QUICK if options.quick else OfTournament.RACKS)
     players = tuple(options.players[: find_game(options.game).players])
-    pairing = Pairing(options.game, Scene.load(options.scene), players, seed, options.balls)
+    pairing = Pairing(
+        options.game, Scene.load(options.scene), players, options.seed, options.balls
+    )
     check_pairing(pairing)
     racks = _known(options.output, pairing, count)
     numbers = [number for number in range(count) if number not in racks]

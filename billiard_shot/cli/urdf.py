@@ -1,28 +1,36 @@
 """`billiard-shot urdf`: the mechanical cue as a robot model."""
 
 import argparse
+from dataclasses import dataclass
 from pathlib import Path
 
+from billiard_shot.cli.options import option
 from billiard_shot.cue.mechanism import Mechanism
 from billiard_shot.cue.model import urdf_of
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add options for mechanism, frame and output."""
-    parser.add_argument(
-        '--mechanism',
-        default='',
-        metavar='FILE',
-        help='YAML file of the mechanism (default: the built-in one)',
-    )
-    parser.add_argument(
-        '--frame',
-        default='table',
-        help="name of the table's frame, such as cell1/table (default: %(default)s)",
-    )
-    parser.add_argument(
-        '-o', '--output', type=Path, metavar='FILE', help='output file (default: standard output)'
-    )
+@dataclass(frozen=True)
+class OfModel:
+    """
+    The mechanism, its frame, and the file.
+
+    Parameters
+    ----------
+    mechanism : FILE
+        YAML file of the mechanism (default: the built-in one).
+    frame : str
+        Name of the table's frame, such as cell1/table (default: %(default)s).
+    output : FILE
+        Output file (default: standard output).
+
+    """
+
+    mechanism: str = ''
+    frame: str = 'table'
+    output: Path | None = option('-o')
+
+
+OPTIONS = (OfModel(),)
 
 
 def run(options: argparse.Namespace) -> int:

@@ -1,15 +1,18 @@
 """`billiard-shot view`: write a shot as an interactive HTML page, or as a video."""
 
 import argparse
+from dataclasses import dataclass
 from pathlib import Path
 import sys
+from typing import ClassVar
 
+from billiard_shot.cli.options import option
 from billiard_shot.cli.output import reporting
 from billiard_shot.cli.shots import (
-    add_shot_arguments,
-    add_site_argument,
     of_each,
+    OfSite,
     scene_name,
+    SHOT_OPTIONS,
     shots_of,
     site_of,
     title_of,
@@ -17,32 +20,35 @@ from billiard_shot.cli.shots import (
 from billiard_shot.pictures.video import image_times, require_encoder, write_video
 from billiard_shot.pictures.view import write_page
 
-PAGE = Path('shot.html')
+
+@dataclass(frozen=True)
+class OfPage:
+    """
+    The page or video.
+
+    Parameters
+    ----------
+    output : FILE.html
+        Output file; FILE-NAME for each of several strokes (default: %(PAGE)s).
+    video : FILE.gif
+        Write a video of the table from above instead; .gif or .mp4.
+    title : str
+        Title of the page (default: the name of the shot).
+
+    """
+
+    PAGE: ClassVar = Path('shot.html')
+    output: Path | None = option('-o')
+    video: Path | None = None
+    title: str | None = None
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add options for shots and output."""
-    parser.add_argument(
-        '-o',
-        '--output',
-        type=Path,
-        metavar='FILE.html',
-        help=f'output file; FILE-NAME for each of several strokes (default: {PAGE})',
-    )
-    parser.add_argument(
-        '--video',
-        type=Path,
-        metavar='FILE.gif',
-        help='write a video of the table from above instead; .gif or .mp4',
-    )
-    parser.add_argument('--title', help='title of the page (default: the name of the shot)')
-    add_site_argument(parser)
-    add_shot_arguments(parser)
+OPTIONS = OfPage(), OfSite(), *SHOT_OPTIONS
 
 
 def run(options: argparse.Namespace) -> int:
     """Write pages or videos and print their paths; 1 if a stroke was refused, and so left out."""
-    page = options.output or PAGE
+    page = options.output or OfPage.PAGE
     if options.video and options.output:
         raise ValueError('--output must not be given together with --video')
     if options.video:

@@ -4,33 +4,38 @@ import argparse
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import contextmanager
+from dataclasses import dataclass
 import logging
 from multiprocessing import active_children, get_context, parent_process
 import os
 import signal
 from threading import Thread
-from typing import Any, TypeVar
+from typing import Any, ClassVar, TypeVar
 
-LOCAL = 'local'
+from billiard_shot.scene.fields import whole_number
+
 T = TypeVar('T')
 R = TypeVar('R')
 
 
-def add_work_arguments(parser: argparse.ArgumentParser, workers: int = 1) -> None:
-    """Add --workers and --dask; `workers` is the default."""
-    work = parser.add_argument_group('work')
-    work.add_argument(
-        '--workers',
-        type=int,
-        default=workers,
-        metavar='N',
-        help='number of worker processes (default: %(default)d)',
-    )
-    work.add_argument(
-        '--dask',
-        metavar='ADDRESS',
-        help=f'address of a Dask scheduler, or {LOCAL} for a cluster of this run',
-    )
+@dataclass(frozen=True)
+class OfWork:
+    """
+    Who does the work.
+
+    Parameters
+    ----------
+    workers : N
+        Number of worker processes (default: %(default)d).
+    dask : ADDRESS
+        Address of a Dask scheduler, or %(LOCAL)s for a cluster of this run.
+
+    """
+
+    TITLE: ClassVar = 'work'
+    LOCAL: ClassVar = 'local'
+    workers: int = whole_number(minimum=1, default=1)
+    dask: str | None = None
 
 
 def mapped(options: argparse.Namespace, work: Callable[[T], R], items: Sequence[T]) -> Iterator[R]:
@@ -40,7 +45,7 @@ def mapped(options: argparse.Namespace, work: Callable[[T], R], items: Sequence[
     Raises
     ------
     ValueError
-        If the options are invalid, or there is no scheduler at the address.
+        If Dask is not installed, or there is no scheduler at the address.
 
     """
     with working(options.workers, options.dask) as executor:
@@ -70,8 +75,6 @@ def working(workers: int, dask: str | None) -> Iterator[Executor | None]:
         If Dask is not installed, or there is no scheduler at the address.
 
     """
-    if workers < 1:
-        raise ValueError(f'--workers must be at least 1, got {workers}')
     if dask is not None:
         with _dask(workers, dask) as executor:
             yield executor
@@ -125,7 +128,7 @@ def _dask(workers: int, address: str) -> Iterator[Executor]:
             "--dask: needs Dask, an extra: pip install 'billiard_shot[dask]'"
         ) from None
     library: Any = distributed  # it is only partly typed
-    if address == LOCAL:
+    if address == OfWork.LOCAL:
         with (
             library.LocalCluster(
                 n_workers=workers,

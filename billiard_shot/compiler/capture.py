@@ -76,7 +76,7 @@ class Code(codegen.Codegen):  # type: ignore[misc]
         """Nothing is run."""
 
 
-class Inlined(compiler.Compiler):  # type: ignore[misc]
+class InliningCompiler(compiler.Compiler):  # type: ignore[misc]
     """Compiles a function that is inlined into every caller."""
 
     def define_pipelines(self) -> Any:
@@ -99,7 +99,7 @@ def capture(entries: list[Entry]) -> bytes:
     context = cpu_target.target_context
     context._internal_codegen = code = Code()
     for function, inlined in PARTS.items():
-        how = {'pipeline_class': Inlined} if inlined else {}
+        how = {'pipeline_class': InliningCompiler} if inlined else {}
         register_jitable(**OPTIONS, **how)(function)
     # Entries call each other as they call other functions.
     typeof_impl.register(Entry)(

@@ -12,7 +12,7 @@ from billiard_shot.game.valuation import rule_on, RuledBatch, second_ply, values
 from billiard_shot.planning.plan import candidates
 from billiard_shot.planning.shots import DirectShots
 from billiard_shot.planning.targets import Pot
-from billiard_shot.planning.within_noise import along_azimuth, predict_within_noise
+from billiard_shot.planning.within_noise import along_azimuth, predict_within_noise, strike_alone
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL
@@ -254,6 +254,7 @@ def variations(idea: Idea, count: int, draw: np.random.Generator) -> list[Idea]:
     offsets[:, AZIMUTH] += scene.noise.sigmas(scene.ball.radius)[AZIMUTH] * change[:, 1]
     offsets[:, SPEED] *= np.exp(FASTER * change[:, 2])
     offsets, playable = raised(scene, offsets)
+    playable &= ~strike_alone(model_of(scene), offsets).fails  # with wider offsets tips slide
     playable &= np.hypot(offsets[:, A], offsets[:, B]) <= scene.robot.offset_max
     return _ideas(idea.position, offsets, [idea.call] * count, playable.astype(float))
 

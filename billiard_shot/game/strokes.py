@@ -201,7 +201,8 @@ def hit_something(scene: Scene, state: State) -> Decision:
     for offsets in (towards(scene, targets), all_round(scene)):
         run = predict_batch(scene, offsets=offsets)
         wanted = [run.names.index(ball) for ball in targets]
-        legal = np.flatnonzero(np.isin(run.first_met[:, run.names.index(CUE_BALL)], wanted))
+        met = np.isin(run.first_met[:, run.names.index(CUE_BALL)], wanted)
+        legal = np.flatnonzero(met & ~run.miscue)
         if len(legal):
             stroke = Stroke.from_offsets(*offsets[legal[-1]].tolist())
             return Decision(stroke, Call(safety=True), reason='no direct shot')

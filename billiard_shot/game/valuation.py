@@ -41,9 +41,10 @@ class RuledBatch(NamedTuple):
         return RuledBatch(self.kinds, self.kind[which], self.states.take(which))
 
     def keeps(self, player: int) -> NDArray[np.bool_]:
-        """Whether each stroke (n,) of a player keeps the turn, or wins."""
+        """Whether each stroke (n,) of a player keeps the turn, or wins, and is no miscue."""
         kept = [
-            after.winner == player if after.over else ruling.legal and after.player == player
+            not ruling.miscue
+            and (after.winner == player if after.over else ruling.legal and after.player == player)
             for ruling in self.kinds
             for after in [ruling.state]
         ]
@@ -70,7 +71,7 @@ def rule_on(state: State, calls: Sequence[Call], run: StrokeBatch) -> RuledBatch
         to_cushion[:, cue] = to_cushion.any(axis=1)
         to_cushion[:, [i for i in range(len(run.names)) if i != cue]] = False
     balls = *run.pocket.T, *run.off_table.T, *to_cushion.T
-    columns = [run.refused, run.double_hit, run.first_met[:, cue], *balls]
+    columns = [run.refused, run.miscue, run.double_hit, run.first_met[:, cue], *balls]
     different, number = np.unique(np.array(columns, np.int64), axis=1, return_inverse=True)
     outcomes = [_outcome(state, run.names, row) for row in different.T.tolist()]
     pairs = zip(calls, number.ravel().tolist(), strict=True)
@@ -98,7 +99,7 @@ def _restored(
 
 def _outcome(state: State, names: tuple[str, ...], row: list[int]) -> Outcome:
     """Read an outcome; its places are those before the shot, of the balls that are left."""
-    count, (refused, double_hit, first), balls = len(names), row[:3], row[3:]
+    count, (refused, miscue, double_hit, first), balls = len(names), row[:4], row[4:]
     if refused:
         return Outcome(refused='it is refused')
     pockets, off, cushion = (balls[i : i + count] for i in range(0, 3 * count, count))
@@ -115,6 +116,7 @@ def _outcome(state: State, names: tuple[str, ...], row: list[int]) -> Outcome:
         # A batch does not tell whether the cue ball crossed the head string before: assume not.
         from_kitchen=met is not None and state.balls[met][0] < head_string(state),
         double_hit=bool(double_hit),
+        miscue=bool(miscue),
     )
     places = {ball: at for ball, at in state.balls.items() if ball not in outcome.gone}
     return replace(outcome, places=places)
@@ -244,16 +246,18 @@ def values(scene: Scene, player: int, batch: RuledBatch) -> Array:
     Returns
     -------
     (n,) float array
-        Estimated probabilities to win.
+        Estimated probabilities to win. As plans do, a player counts a miscue as lost, although it
+        is legal: where the ball goes then is chance, and robots refuse to play it.
 
     """
     goes_on = [not after.over and not after.in_hand for after in batch.after]
     chance = next_shots(scene, batch, goes_on).best
     left = shots_left(scene, batch.after, batch.kind, batch.states)
     found = np.zeros(len(batch.kind))
-    for number, after in enumerate(batch.after):
+    for number, ruling in enumerate(batch.kinds):
         rows = batch.kind == number
-        found[rows] = value(after, player, chance[rows], left[rows])
+        if not ruling.miscue:
+            found[rows] = value(ruling.state, player, chance[rows], left[rows])
     return found
 
 
@@ -321,8 +325,8 @@ def second_ply(scene: Scene, player: int, batch: RuledBatch, first: Array) -> Ar
     -------
     (n,) float array
         The largest value of the strokes that follow, without errors but with the chance of their
-        shots; `first` where none of them pots. A stroke without room for the cue is refused, and
-        one whose cue hits the cue ball again is a foul.
+        shots; `first` where none of them pots. A stroke without room for the cue is refused; one
+        whose tip slides, or whose cue hits the cue ball again, does not count.
 
     """
     names = batch.states.names
@@ -343,6 +347,7 @@ def second_ply(scene: Scene, player: int, batch: RuledBatch, first: Array) -> Ar
         & (played.first_met[:, cue] == ball)
         & played.states.present[:, cue]
         & ~played.double_hit
+        & ~played.miscue
     )
     found = np.full(len(first), -np.inf)
     value = _values_after(scene, batch, direct, followed, potted, played.states)

@@ -15,7 +15,7 @@ from billiard_shot.records import Array
 from billiard_shot.scene import Scene
 from billiard_shot.scene.errors import must_be_one_of
 from billiard_shot.scene.placement import Place
-from billiard_shot.scene.player import A, B
+from billiard_shot.scene.player import A, AZIMUTH, B, ELEVATION
 
 Float32Array = NDArray[np.float32]
 
@@ -78,7 +78,7 @@ def strokes_of(scene: Scene, actions: ArrayLike) -> Array:
     offsets: Array = middle + half * np.clip(np.asarray(actions, float)[:, :5], -1.0, 1.0)
     distance = np.hypot(offsets[:, A], offsets[:, B])
     largest = scene.robot.offset_max
-    offsets[:, :2] *= np.minimum(1.0, largest / np.maximum(distance, largest))[:, np.newaxis]
+    offsets[:, [A, B]] *= np.minimum(1.0, largest / np.maximum(distance, largest))[:, np.newaxis]
     return offsets
 
 
@@ -113,7 +113,7 @@ def action_of(
     rows = np.array(offsets, float)
     found = np.zeros((len(rows), ACTION))
     change = rows - middle
-    change[:, 3] = wrapped(change[:, 3])
+    change[:, AZIMUTH] = wrapped(change[:, AZIMUTH])
     found[:, :5] = change / np.maximum(half, 1e-12)
     found[:, 5:] = np.asarray(place) / (np.array([table.length, table.width]) / 2.0 - radius)
     return np.clip(found, -1.0, 1.0).astype(np.float32)
@@ -124,9 +124,11 @@ def _limits(scene: Scene) -> tuple[Array, Array]:
     robot = scene.robot
     low = np.array([-robot.offset_max, -robot.offset_max, 0.0, 0.0, robot.speed_min])
     high = np.array([robot.offset_max, robot.offset_max, 0.0, 0.0, robot.speed_max])
-    low[2], high[2] = np.radians([robot.elevation_min_deg, robot.elevation_max_deg])
+    low[ELEVATION], high[ELEVATION] = np.radians(
+        [robot.elevation_min_deg, robot.elevation_max_deg]
+    )
     middle, range_ = math.radians(robot.azimuth_deg), math.radians(robot.azimuth_half_range_deg)
-    low[3], high[3] = middle - range_, middle + range_
+    low[AZIMUTH], high[AZIMUTH] = middle - range_, middle + range_
     return 0.5 * (low + high), 0.5 * (high - low)
 
 

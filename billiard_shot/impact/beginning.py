@@ -4,7 +4,7 @@ from math import inf, sqrt
 from typing import Any, NamedTuple
 
 from billiard_shot.compiled import inner
-from billiard_shot.impact.friction import eliminate_sticking, shear_force
+from billiard_shot.impact.friction import eliminate_sticking, set_forces
 from billiard_shot.impact.moving_bodies import (
     change_responses,
     change_units,
@@ -25,9 +25,7 @@ from billiard_shot.impact.state import (
     COMPRESSION,
     ContactState,
     ELASTIC,
-    elastic_friction,
     FREE,
-    friction_at,
     FRICTIONLESS,
     GONE,
     ImpactProgress,
@@ -35,9 +33,6 @@ from billiard_shot.impact.state import (
     is_active,
     Model,
     SHAFT,
-    shears,
-    slip_speed,
-    slips,
     sticks,
     TIP_BODY,
     Workspace,
@@ -121,12 +116,6 @@ class Collisions(NamedTuple):
     bodies : n B BodyState
         The bodies of the contacts, B of each collision; or none, if W and the velocities are
         given.
-    moves : bool
-        Whether the bodies move while they collide; needs `distances`.
-    interval : float
-        Time after which pressed contacts of bodies that move take their normals anew [s].
-    swing : float
-        See `Model`; [s].
     delassus : (n, 3 N, 3 N) floats
         Unused with bodies. W [1/kg]: contact velocities per impulse. Contact j has components
         3 j (normal), 3 j + 1 and 3 j + 2 (tangential). If all motion stays in one plane per
@@ -142,6 +131,12 @@ class Collisions(NamedTuple):
     tolerance : (n,) floats
         Error of the velocities relative to the largest approach speed. A collision whose tolerance
         is not above 0 is skipped.
+    moves : bool
+        Whether the bodies move while they collide; needs `distances`.
+    interval : float
+        Time after which pressed contacts of bodies that move take their normals anew [s].
+    swing : float
+        See `Model`; [s].
     limits : TipLimits
 
     """
@@ -149,14 +144,14 @@ class Collisions(NamedTuple):
     properties: list[ContactProperties]
     law: int
     bodies: list[BodyState]
-    moves: bool
-    interval: float
-    swing: float
     delassus: Any
     velocity: Any
     distances: bool
     lengths: Any
     tolerance: Vector
+    moves: bool = False
+    interval: float = inf
+    swing: float = 0.0
     limits: TipLimits = NO_LIMITS
 
 
@@ -299,7 +294,7 @@ def start_contact(
     c.peak_compression, c.restitution_end = 0.0, 0.0
     c.activation_impulse, c.negligible_compression = 0.0, 0.0
     c.slip_dir_1, c.slip_dir_2 = 0.0, 0.0
-    c.impulse, c.impulse_1, c.impulse_2 = 0.0, 0.0, 0.0
+    c.impulse[0] = c.impulse[1] = c.impulse[2] = 0.0
     c.restitution_loss, c.friction_loss = 0.0, 0.0
     c.final_slip, c.slid, c.slid_to_peak = 0.0, 0.0, 0.0
     c.began, c.touched, c.lifted = 0.0, 0.0, 0.0
@@ -410,20 +405,7 @@ def find_stopping_impulses(contacts: list[ContactState], ws: Workspace) -> bool:
 def have_room(m: Model, contacts: list[ContactState], ws: Workspace) -> bool:
     """Whether the friction of each sticking contact can have its impulse in one interval."""
     impulses = ws.vector[0]
-    for j in range(len(contacts)):
-        c = contacts[j]
-        if is_active(c):
-            c.force[0] = c.stiffness * c.compression[0] ** c.exponent
-            if shears(c):
-                c.force[0], c.friction_1[0], c.friction_2[0] = shear_force(
-                    c, c.compression[0], c.shift_1[0], c.shift_2[0]
-                )
-            elif c.friction_mode == ELASTIC:
-                c.friction_1[0], c.friction_2[0] = elastic_friction(c, 0)
-            elif slips(c):
-                rub, slip = friction_at(c, slip_speed(c)) * c.force[0], max(slip_speed(c), 1e-300)
-                c.friction_1[0] = -rub * c.slip_1[0] / slip
-                c.friction_2[0] = -rub * c.slip_2[0] / slip
+    set_forces(contacts)
     fill_stick_forces(contacts, ws, 1)
     for j in range(len(contacts)):
         c = contacts[j]
@@ -445,8 +427,8 @@ def stop_slips(m: Model, contacts: list[ContactState], ws: Workspace) -> None:
         if is_active(c) and sticks(c):
             push[0], push[1], push[2] = 0.0, impulses[3 * j + 1], impulses[3 * j + 2]
             push_bodies(ws, c, push, VELOCITY_ROWS, 0)
-            c.impulse_1 += push[1]
-            c.impulse_2 += push[2]
+            c.impulse[1] += push[1]
+            c.impulse[2] += push[2]
             c.friction_loss -= 0.5 * (push[1] * c.slip_1[0] + push[2] * c.slip_2[0])
     for j in range(len(contacts)):
         c = contacts[j]

@@ -273,15 +273,15 @@ class System(NamedTuple):
 def system_of(bodies: Sequence[Body], contacts: Sequence[Contact]) -> System:
     """Write bodies and contacts as arrays."""
     return System(
-        np.array([body.position for body in bodies]),
-        np.array([body.velocity for body in bodies]),
-        np.array([body.spin for body in bodies]),
+        np.array([body.position for body in bodies]).reshape(-1, 3),
+        np.array([body.velocity for body in bodies]).reshape(-1, 3),
+        np.array([body.spin for body in bodies]).reshape(-1, 3),
         mobilities(bodies),
-        np.array([body.inertia is not None for body in bodies]),
+        np.array([body.inertia is not None for body in bodies], bool),
         np.array([body.guide for body in bodies if body.guide is not None]).reshape(-1, 3),
-        pairs=np.array([(contact.a, contact.b) for contact in contacts]),
-        points=np.array([contact.point for contact in contacts]),
-        normals=np.array([contact.normal for contact in contacts]),
+        pairs=np.array([(contact.a, contact.b) for contact in contacts], int).reshape(-1, 2),
+        points=np.array([contact.point for contact in contacts]).reshape(-1, 3),
+        normals=np.array([contact.normal for contact in contacts]).reshape(-1, 3),
     )
 
 
@@ -321,14 +321,14 @@ def contact_space(system: System) -> ContactSpace:
         by_contact[np.arange(count), :, system.pairs[:, side]] = sign * rows
     jacobian = by_contact.reshape(3 * count, bodies, 6)
     moved = np.einsum('jbk,bkl->jbl', jacobian, system.mobility)
-    flat = jacobian.reshape(3 * count, -1)
+    flat = jacobian.reshape(3 * count, 6 * bodies)
     lower = np.tril(moved.reshape(flat.shape) @ flat.T)
     delassus = lower + np.tril(lower, -1).T
     sizes = np.sqrt(delassus.diagonal())
     rounded = np.abs(delassus) <= rounding.COUPLING * np.outer(sizes, sizes)
     delassus[rounded & ~np.eye(3 * count, dtype=bool)] = 0.0
     approach = flat @ np.concatenate([system.velocities, system.spins], axis=1).ravel()
-    approach[np.abs(approach) <= rounding.SUM * np.abs(system.velocities).max()] = 0.0
+    approach[np.abs(approach) <= rounding.SUM * np.abs(system.velocities).max(initial=0.0)] = 0.0
     return ContactSpace(axes, delassus, approach)
 
 

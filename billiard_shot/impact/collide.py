@@ -115,11 +115,6 @@ class CollisionResult:
         )
 
 
-def impulses_of(log: NDArray[np.void]) -> NDArray[np.float64]:
-    """Return the impulses (phases, N, 3) [N s] of `PhaseLog`: normal, and along both tangents."""
-    return np.stack([log['impulse'], log['impulse_1'], log['impulse_2']], axis=-1)
-
-
 def read_log(log: NDArray[np.void], axes: Array | None = None) -> tuple[Phase, ...]:
     """
     Read phases (phases, N) of `PhaseLog`.
@@ -128,6 +123,7 @@ def read_log(log: NDArray[np.void], axes: Array | None = None) -> tuple[Phase, .
     """
     if axes is None:
         axes = np.broadcast_to(np.eye(3), (log.shape[-1], 3, 3))
+    impulses = np.stack([log['impulse'], log['impulse_1'], log['impulse_2']], axis=-1)
     return tuple(
         Phase(
             tuple(np.flatnonzero(row['active']).tolist()),
@@ -136,7 +132,7 @@ def read_log(log: NDArray[np.void], axes: Array | None = None) -> tuple[Phase, .
             np.einsum('ik,ikl->il', impulse, axes),
             row['energy'].copy(),
         )
-        for row, impulse in zip(log, impulses_of(log), strict=True)
+        for row, impulse in zip(log, impulses, strict=True)
     )
 
 
@@ -213,24 +209,6 @@ def collide(
     if reactivation == 'instant' and gap.any():
         raise ValueError(f'gap must be 0 with reactivation instant, got {gap.max():g}')
     check_indices(bodies, contacts)
-    if not contacts:
-        none = np.zeros((0, 3))
-        velocities, spins = (
-            np.array([getattr(body, name) for body in bodies], float).reshape(-1, 3)
-            for name in ('velocity', 'spin')
-        )
-        return CollisionResult(
-            Status.OK,
-            velocities,
-            spins,
-            none,
-            none[:, :2],
-            none[:, 0],
-            lengths=none[:, 0],
-            duration=0.0,
-            phases=(),
-            evaluations=0,
-        )
     system = system_of(bodies, contacts)
     space = contact_space(system)
     solved = solve_in_contact_space(

@@ -33,6 +33,7 @@ from billiard_shot.impact.state import (
     INACTIVE,
     is_active,
     is_stiff,
+    largest_coefficient,
     Model,
     shears,
     slips,
@@ -122,22 +123,9 @@ def collocate(
     # P_7 and P_6 of 2 x - 1 lead with binomial(14, 7) = 3432 and binomial(12, 6) = 924.
     error = 0.0
     for j in range(len(contacts)):
-        c = contacts[j]
-        last = max(
-            abs(c.velocity[IMPLICIT_STAGES]),
-            abs(c.slip_1[IMPLICIT_STAGES]),
-            abs(c.slip_2[IMPLICIT_STAGES]),
-        )
-        before = max(
-            abs(c.velocity[IMPLICIT_STAGES - 1]),
-            abs(c.slip_1[IMPLICIT_STAGES - 1]),
-            abs(c.slip_2[IMPLICIT_STAGES - 1]),
-        )
-        error = max(
-            error,
-            last * (IMPLICIT_STAGES / 3432.0),
-            before * (0.05 * (IMPLICIT_STAGES - 1) / 924.0),
-        )
+        last = largest_coefficient(contacts[j], IMPLICIT_STAGES) * (IMPLICIT_STAGES / 3432.0)
+        before = largest_coefficient(contacts[j], IMPLICIT_STAGES - 1)
+        error = max(error, last, before * (0.05 * (IMPLICIT_STAGES - 1) / 924.0))
     return error
 
 

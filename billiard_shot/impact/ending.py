@@ -29,7 +29,7 @@ from billiard_shot.impact.state import (
     Workspace,
 )
 from billiard_shot.numerics import rounding
-from billiard_shot.records import Floats, record
+from billiard_shot.records import Floats, record, Vector3
 from billiard_shot.status import INFINITE_SEQUENCE, OK, TOLERANCE_NOT_REACHED
 
 MAX_SECTIONS = (HISTORY - 1) // 2  # of a cycle
@@ -58,14 +58,10 @@ def record_section(contacts: list[ContactState], ws: Workspace, p: ImpactProgres
     x = ws.history[row]
     for j in range(len(contacts)):
         c, n = contacts[j], SECTION * j
-        x[n + NORMAL_VELOCITY], x[n + SLIP_1], x[n + SLIP_2] = (
-            c.velocity[0],
-            c.slip_1[0],
-            c.slip_2[0],
-        )
+        components(c, x, n + NORMAL_VELOCITY)
         x[n + SPRING_COMPRESSION] = c.compression[0]
-        x[n + IMPULSE], x[n + IMPULSE_1] = c.impulse, c.impulse_1
-        x[n + IMPULSE_2] = c.impulse_2
+        for k in range(3):
+            x[n + IMPULSE + k] = c.impulse[k]
         x[n + RESTITUTION_LOSS], x[n + FRICTION_LOSS] = c.restitution_loss, c.friction_loss
         x[n + FINAL_SLIP] = c.final_slip
 
@@ -164,9 +160,9 @@ def add_cycles(
         c.velocity[0] = limit(now[n + NORMAL_VELOCITY], before[n + NORMAL_VELOCITY], ratio)
         c.slip_1[0] = limit(now[n + SLIP_1], before[n + SLIP_1], ratio)
         c.slip_2[0] = limit(now[n + SLIP_2], before[n + SLIP_2], ratio)
-        c.impulse = limit(now[n + IMPULSE], before[n + IMPULSE], ratio)
-        c.impulse_1 = limit(now[n + IMPULSE_1], before[n + IMPULSE_1], ratio)
-        c.impulse_2 = limit(now[n + IMPULSE_2], before[n + IMPULSE_2], ratio)
+        for row in range(3):
+            impulse = n + IMPULSE + row
+            c.impulse[row] = limit(now[impulse], before[impulse], ratio)
         c.final_slip = limit(now[n + FINAL_SLIP], before[n + FINAL_SLIP], ratio)
         c.restitution_loss = limit_of_loss(
             now[n + RESTITUTION_LOSS],
@@ -202,9 +198,7 @@ class ContactResult:
 
     # [N s] on body a: along the normal, and along the tangents; or along x, y and z, if the
     # bodies are those of moving_bodies.py.
-    impulse: float
-    impulse_1: float
-    impulse_2: float
+    impulse: Vector3
     restitution_loss: float  # [J]
     friction_loss: float  # [J]
     final_slip: float  # [m/s] when the contact ended last
@@ -292,9 +286,8 @@ def finish_bodies(
         impulses = ws.vector[0]
         for j in range(len(contacts)):
             c = contacts[j]
-            impulses[0] = units.impulse * c.impulse
-            impulses[1] = units.impulse * c.impulse_1
-            impulses[2] = units.impulse * c.impulse_2
+            for k in range(3):
+                impulses[k] = units.impulse * c.impulse[k]
             push_bodies(ws, c, impulses, VELOCITY_ROWS, 0)
     for b in range(m.bodies):
         ws.bodies[b].lost *= units.impulse * units.speed
@@ -304,7 +297,7 @@ def finish_bodies(
 @inner
 def clear_result(result: ContactResult, length: float) -> None:
     """Set a result to that of a contact at which nothing happens."""
-    result.impulse, result.impulse_1, result.impulse_2 = 0.0, 0.0, 0.0
+    result.impulse[0] = result.impulse[1] = result.impulse[2] = 0.0
     result.restitution_loss, result.friction_loss = 0.0, 0.0
     result.final_slip, result.slid, result.slid_to_peak = 0.0, 0.0, 0.0
     result.began, result.touched, result.lifted = 0.0, 0.0, 0.0
@@ -317,11 +310,8 @@ def write_result(m: Model, c: ContactState, result: ContactResult, units: Units)
     """Write the result of a contact."""
     unit, speed = units.impulse, units.speed
     result.length = speed * units.time * c.compression[0]
-    result.impulse, result.impulse_1 = unit * c.impulse, unit * c.impulse_1
-    result.impulse_2 = unit * c.impulse_2
-    if m.bodies > 0:
-        result.impulse, result.impulse_1 = unit * impulse_along(c, 0), unit * impulse_along(c, 1)
-        result.impulse_2 = unit * impulse_along(c, 2)
+    for k in range(3):
+        result.impulse[k] = unit * (impulse_along(c, k) if m.bodies > 0 else c.impulse[k])
     result.restitution_loss = unit * speed * c.restitution_loss
     result.friction_loss = unit * speed * c.friction_loss
     result.final_slip, result.slid = speed * c.final_slip, speed * units.time * c.slid
@@ -342,12 +332,11 @@ def energy_imbalance(contacts: list[ContactState], speed: float, ws: Workspace) 
     first, after = ws.vector[2], ws.vector[0]
     for j in range(len(contacts)):
         c = contacts[j]
-        components(c, after, j)
-        impulses = (c.impulse, c.impulse_1, c.impulse_2)
+        components(c, after, 3 * j)
         for k in range(3):
             before = first[3 * j + k] / speed
-            gap += 0.5 * impulses[k] * (before + after[3 * j + k])
-            turnover += 0.5 * abs(impulses[k]) * (abs(before) + abs(after[3 * j + k]))
+            gap += 0.5 * c.impulse[k] * (before + after[3 * j + k])
+            turnover += 0.5 * abs(c.impulse[k]) * (abs(before) + abs(after[3 * j + k]))
         gap += c.restitution_loss + c.friction_loss
     return abs(gap) / turnover if turnover > 0.0 else 0.0
 
@@ -364,5 +353,5 @@ def energy_imbalance_of_bodies(
         c = contacts[j]
         gap += c.restitution_loss + c.friction_loss
         gap += spring_energy(c) if is_active(c) else 0.0
-        turnover += abs(c.impulse)
+        turnover += abs(c.impulse[0])
     return abs(gap) / turnover if turnover > 0.0 else 0.0

@@ -11,7 +11,8 @@ from billiard_shot.impact.friction import (
     cone_width,
     eliminate_sticking,
     FOLLOWS,
-    shear_force,
+    normal_acceleration,
+    set_forces,
     spring_energy,
     start_slip,
     turning_of,
@@ -37,7 +38,6 @@ from billiard_shot.impact.state import (
     GONE,
     GRIP,
     INACTIVE,
-    is_active,
     is_stiff,
     Model,
     RESTITUTION,
@@ -179,7 +179,7 @@ def closing_root(c: ContactState, step: Step, speed: float, end: float, work: Fl
 def impulse_root(c: ContactState, ws: Workspace, step: Step, end: float) -> float:
     """First x at which the normal impulse ends the restitution of a contact (law poisson)."""
     p = ws.polynomials[2]
-    p[0] = c.restitution_end - c.impulse
+    p[0] = c.restitution_end - c.impulse[0]
     for k in range(step.order):
         p[k + 1] = -step.scale * c.force[k] / (k + 1)
     return first_root(p, step.order, 1.0, 0.0, NOT_ZERO, end, work=ws.polynomials)
@@ -326,7 +326,7 @@ def activate(c: ContactState, known: bool) -> None:
     c.friction_mode = FRICTIONLESS
     c.compression[0] = c.shift_1[0] = c.shift_2[0] = 0.0
     c.compression_rate = 1.0
-    c.activation_impulse = c.impulse
+    c.activation_impulse = c.impulse[0]
     c.closings += 1
     if known:
         c.velocity[0] = 0.0
@@ -357,7 +357,8 @@ def reverse_normal_motion(m: Model, c: ContactState, known: bool) -> None:
             c.slid_to_peak = c.slid
         start_restitution(c, m.law, y)
         if m.law == POISSON:
-            c.restitution_end = c.impulse + c.restitution * (c.impulse - c.activation_impulse)
+            pressed = c.impulse[0] - c.activation_impulse
+            c.restitution_end = c.impulse[0] + c.restitution * pressed
     else:
         if m.law != POISSON and c.peak_compression > 0.0:
             margin = (y - c.restitution_end) / c.peak_compression
@@ -400,31 +401,11 @@ def recompression_margin(m: Model, contacts: list[ContactState], ws: Workspace, 
     c = contacts[j]
     if m.law == POISSON or c.normal_mode != RESTITUTION or c.restitution == 0.0:
         return inf
-    acceleration = normal_acceleration(contacts, ws, j)
+    set_forces(contacts)
+    acceleration, _size = normal_acceleration(contacts, ws, j)
     if acceleration >= 0.0 or c.peak_compression == 0.0:
         return inf
     return c.velocity[0] * c.velocity[0] / (-2.0 * acceleration * c.peak_compression)
-
-
-@inner
-def normal_acceleration(contacts: list[ContactState], ws: Workspace, j: int) -> float:
-    """Acceleration of a contact's normal velocity under the forces of this moment."""
-    total = 0.0
-    row = ws.reduced[3 * j]
-    for k in range(len(contacts)):
-        c = contacts[k]
-        if is_active(c):
-            response = row[3 * k]
-            if shears(c):
-                push, f_1, f_2 = shear_force(c, c.compression[0], c.shift_1[0], c.shift_2[0])
-                total += response * push + row[3 * k + 1] * f_1 + row[3 * k + 2] * f_2
-                continue
-            if slips(c):
-                friction = friction_at(c, slip_speed(c))
-                response -= friction * row[3 * k + 1] * c.slip_dir_1
-                response -= friction * row[3 * k + 2] * c.slip_dir_2
-            total += response * c.stiffness * c.compression[0] ** c.exponent
-    return total
 
 
 @inner
@@ -451,7 +432,7 @@ def apply_remaining_impulse(m: Model, contacts: list[ContactState], ws: Workspac
     c, n = contacts[j], 3 * j
     push, change = ws.vector[0], ws.vector[1]
     size = 3 * len(contacts)
-    remaining = c.restitution_end - c.impulse
+    remaining = c.restitution_end - c.impulse[0]
     while remaining > 0.0:
         for row in range(size):
             push[row] = ws.stick_gain[row][n]
@@ -478,12 +459,10 @@ def apply_remaining_impulse(m: Model, contacts: list[ContactState], ws: Workspac
             d.velocity[0] += amount * change[3 * k]
             d.slip_1[0] += amount * change[3 * k + 1]
             d.slip_2[0] += amount * change[3 * k + 2]
-            d.impulse += amount * push[3 * k]
-            d.impulse_1 += amount * push[3 * k + 1]
-            d.impulse_2 += amount * push[3 * k + 2]
+            for i in range(3):
+                ws.residual[i] = amount * push[3 * k + i]
+                d.impulse[i] += ws.residual[i]
             if m.moves:
-                for i in range(3):
-                    ws.residual[i] = amount * push[3 * k + i]
                 push_bodies(ws, d, ws.residual, VELOCITY_ROWS, 0)
         remaining -= amount
         if remaining > 0.0:

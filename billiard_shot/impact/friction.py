@@ -13,6 +13,7 @@ from billiard_shot.impact.state import (
     elastic_friction,
     force_is_negligible,
     friction_at,
+    friction_is_explicit,
     FRICTIONLESS,
     GRIP,
     INACTIVE,
@@ -135,6 +136,42 @@ def count_losses(c: ContactState, scale: float, order: int, x: float) -> None:
         c.restitution_loss += faster * product_integral(c.force, c.velocity, order, x)
     if c.friction_mode == DRAG:
         c.friction_loss += scale * c.friction * product_integral(c.force, c.sliding, order, x)
+
+
+@inner
+def set_forces(contacts: list[ContactState]) -> None:
+    """Write the forces of this moment, but for the friction of contacts that stick."""
+    for j in range(len(contacts)):
+        c = contacts[j]
+        if is_active(c):
+            c.force[0] = c.stiffness * c.compression[0] ** c.exponent
+            if shears(c):
+                c.force[0], c.friction_1[0], c.friction_2[0] = shear_force(
+                    c, c.compression[0], c.shift_1[0], c.shift_2[0]
+                )
+            elif c.friction_mode == ELASTIC:
+                c.friction_1[0], c.friction_2[0] = elastic_friction(c, 0)
+            elif slips(c):
+                rub, slip = friction_at(c, slip_speed(c)) * c.force[0], max(slip_speed(c), 1e-300)
+                c.friction_1[0] = -rub * c.slip_1[0] / slip
+                c.friction_2[0] = -rub * c.slip_2[0] / slip
+
+
+@inner
+def normal_acceleration(
+    contacts: list[ContactState], ws: Workspace, j: int
+) -> tuple[float, float]:
+    """Sum the normal acceleration of a contact by the first forces, and the size of its terms."""
+    total, size, row = 0.0, 0.0, ws.reduced[3 * j]
+    for k in range(len(contacts)):
+        c = contacts[k]
+        if is_active(c):
+            push = row[3 * k] * c.force[0]
+            total, size = total + push, size + abs(push)
+            if friction_is_explicit(c):
+                push = row[3 * k + 1] * c.friction_1[0] + row[3 * k + 2] * c.friction_2[0]
+                total, size = total + push, size + abs(push)
+    return total, size
 
 
 @inner

@@ -21,6 +21,7 @@ from billiard_shot.impact.events import (
 )
 from billiard_shot.impact.friction import (
     assign_friction_modes,
+    normal_acceleration,
     spring_energy,
     sticking_is_feasible,
 )
@@ -38,7 +39,6 @@ from billiard_shot.impact.state import (
     CREEP,
     DEFERRED,
     FREE,
-    friction_is_explicit,
     ImpactProgress,
     IMPLICIT_STAGES,
     INACTIVE,
@@ -418,16 +418,7 @@ def is_jammed(contacts: list[ContactState], ws: Workspace) -> bool:
             return False
         if shears(c) and slip_speed(c) > METHOD_OPTIONS.jam_speed:
             return False
-        push, size = 0.0, 0.0
-        for k in range(len(contacts)):
-            d = contacts[k]
-            if is_active(d):
-                row = ws.reduced[3 * j]
-                force = row[3 * k] * d.force[0]
-                push, size = push + force, size + abs(force)
-                if friction_is_explicit(d):
-                    friction = row[3 * k + 1] * d.friction_1[0] + row[3 * k + 2] * d.friction_2[0]
-                    push, size = push + friction, size + abs(friction)
+        push, size = normal_acceleration(contacts, ws, j)
         if abs(push) > METHOD_OPTIONS.rounding * size:
             return False
     return True
@@ -490,7 +481,7 @@ def log_phase(
         c, row = contacts[j], log[first + j]
         row.ending, row.contact = ending, contact
         row.active = 1 if is_pressed(c) else 0
-        row.impulse, row.impulse_1, row.impulse_2 = c.impulse, c.impulse_1, c.impulse_2
+        row.impulse, row.impulse_1, row.impulse_2 = c.impulse[0], c.impulse[1], c.impulse[2]
         if m.bodies > 0:
             row.impulse, row.impulse_1 = impulse_along(c, 0), impulse_along(c, 1)
             row.impulse_2 = impulse_along(c, 2)

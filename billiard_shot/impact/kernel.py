@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import inf
 import threading
 from typing import Any, NamedTuple
 
@@ -35,7 +34,7 @@ from billiard_shot.impact.state import (
     Workspace,
     workspace,
 )
-from billiard_shot.records import as_rows, Floats, ROWS, Storage, Vector
+from billiard_shot.records import as_rows, ROWS, Storage
 from billiard_shot.status import INFINITE_SEQUENCE
 
 
@@ -65,9 +64,6 @@ def _example(storage: Storage) -> tuple[Any, ...]:
         properties=properties,
         law=0,
         bodies=storage.records(BodyState, 0),
-        moves=False,
-        interval=inf,
-        swing=0.0,
         delassus=storage.array(np.eye(3)[np.newaxis]),
         velocity=storage.array(-np.eye(1, 3)),
         distances=False,
@@ -164,56 +160,6 @@ class Solved:
     log: NDArray[np.void]
 
 
-def solve_in_contact_space(
-    properties: Properties,
-    delassus: NDArray[np.float64],
-    velocity: NDArray[np.float64],
-    tolerance: ArrayLike,
-    phases: int = 0,
-    lengths: NDArray[np.float64] | None = None,
-) -> Solved:
-    """
-    Solve n collisions of the same N contacts.
-
-    Parameters
-    ----------
-    properties : Properties
-    delassus, velocity, tolerance
-        (n, 3 N, 3 N), (n, 3 N) and (n,) arrays, see `Collisions`.
-    phases : int
-        Phases of the last collision that the log has room for; 0 for no log. If the collision has
-        more, it is solved again, and all are logged.
-    lengths : (n, N) float array, optional
-        See `Collisions`. Without them, contacts have no distances.
-
-    """
-    n, count = len(velocity), np.shape(properties.friction)[-1]
-    storage = solve_collisions.current().storage
-    results, outcomes, logged = solve_stored(
-        storage,
-        properties,
-        storage.array(delassus),
-        storage.array(velocity),
-        storage.array(tolerance),
-        phases,
-        lengths=lengths,
-    )
-    rows = as_rows(ContactResult, results).reshape(n, count)
-    ends = as_rows(CollisionOutcome, outcomes)
-    return Solved(
-        np.stack([rows['impulse'], rows['impulse_1'], rows['impulse_2']], axis=-1),
-        np.stack([rows['restitution_loss'], rows['friction_loss']], axis=-1),
-        rows['final_slip'],
-        rows['length'],
-        rows['closings'],
-        status=ends['status'],
-        phases=ends['phases'],
-        steps=ends['steps'],
-        durations=ends['duration'],
-        log=logged,
-    )
-
-
 class _Thread(threading.local):
     """Scratch of this thread; a new one would take a tenth of the time of a strike."""
 
@@ -231,21 +177,34 @@ _thread = _Thread()
 scratch = _thread.scratch
 
 
-def solve_stored(
-    storage: Storage,
+def solve_in_contact_space(
     properties: Properties,
-    delassus: Floats,
-    velocity: Floats,
-    tolerance: Vector,
-    phases: int,
+    delassus: NDArray[np.float64],
+    velocity: NDArray[np.float64],
+    tolerance: ArrayLike,
+    phases: int = 0,
     lengths: NDArray[np.float64] | None = None,
-) -> tuple[list[ContactResult], list[CollisionOutcome], NDArray[np.void]]:
+    storage: Storage | None = None,
+) -> Solved:
     """
-    Solve collisions whose arrays are in a storage; see `solve_in_contact_space`.
+    Solve n collisions of the same N contacts.
 
-    Returns the results (n N), the outcomes (n) and the log (phases, N) of the last collision.
+    Parameters
+    ----------
+    properties : Properties
+    delassus, velocity, tolerance
+        (n, 3 N, 3 N), (n, 3 N) and (n,) arrays, see `Collisions`.
+    phases : int
+        Phases of the last collision that the log has room for; 0 for no log. If the collision has
+        more, it is solved again, and all are logged.
+    lengths : (n, N) float array, optional
+        See `Collisions`. Without them, contacts have no distances.
+    storage : Storage, optional
+        Where the collisions live; by default where `solve_collisions` takes them.
+
     """
     n, count = len(velocity), np.shape(properties.friction)[-1]
+    storage = storage or solve_collisions.current().storage
     given = ROWS.records(ContactProperties, n * count)
     table = given.reshape(n, count)
     for name in ('friction', 'fading', 'decay', 'restitution', 'stiffness', 'exponent'):
@@ -255,14 +214,11 @@ def solve_stored(
         properties=storage.from_rows(ContactProperties, given),
         law=properties.law,
         bodies=storage.records(BodyState, 0),
-        moves=False,
-        interval=inf,
-        swing=0.0,
-        delassus=delassus,
-        velocity=velocity,
+        delassus=storage.array(delassus),
+        velocity=storage.array(velocity),
         distances=lengths is not None,
         lengths=storage.zeros(n, count) if lengths is None else storage.array(lengths),
-        tolerance=tolerance,
+        tolerance=storage.array(tolerance),
     )
     results = storage.records(ContactResult, n * count)
     outcomes = storage.records(CollisionOutcome, n)
@@ -274,4 +230,17 @@ def solve_stored(
         if needed <= phases:
             break
         phases = needed
-    return results, outcomes, as_rows(PhaseLog, log)[: needed * count].reshape(needed, count)
+    rows = as_rows(ContactResult, results).reshape(n, count)
+    ends = as_rows(CollisionOutcome, outcomes)
+    return Solved(
+        rows['impulse'],
+        np.stack([rows['restitution_loss'], rows['friction_loss']], axis=-1),
+        rows['final_slip'],
+        rows['length'],
+        rows['closings'],
+        status=ends['status'],
+        phases=ends['phases'],
+        steps=ends['steps'],
+        durations=ends['duration'],
+        log=as_rows(PhaseLog, log)[: needed * count].reshape(needed, count),
+    )

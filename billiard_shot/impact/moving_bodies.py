@@ -14,6 +14,7 @@ from billiard_shot.impact.state import (
     is_active,
     PLANE,
     resists,
+    rest_open,
     SHAFT,
     TIP_BODY,
     Workspace,
@@ -375,13 +376,8 @@ def measure(c: ContactState, ws: Workspace) -> None:
     closes_at = c.closing_distance
     c.compression[0] = 0.5 * (closes_at - (x * x + y * y + z * z) / closes_at)
     c.velocity[0] = (x * u + y * v + z * w) / closes_at
-    if c.hold == HELD:
-        return
-    c.compression[0] = min(c.compression[0], 0.0)
-    if abs(c.velocity[0]) <= METHOD_OPTIONS.rounding:
-        c.velocity[0] = 0.0
-        if c.compression[0] >= -METHOD_OPTIONS.rounding:  # nothing has reached it yet
-            c.compression[0] = 0.0
+    if c.hold != HELD:
+        rest_open(c)
 
 
 @inner
@@ -406,8 +402,8 @@ def take_normal(
         impulse[k] = impulse_along(c, k)
     turn_axes(c, ws, lead)
     c.is_turned = False
-    c.impulse, c.impulse_1 = dot(c.normal, impulse), dot(c.tangent_1, impulse)
-    c.impulse_2 = dot(c.tangent_2, impulse)
+    c.impulse[0], c.impulse[1] = dot(c.normal, impulse), dot(c.tangent_1, impulse)
+    c.impulse[2] = dot(c.tangent_2, impulse)
     normal, first, second = velocity_of(c, ws)
     c.velocity[0] = normal
     c.slip_1[0] = first if abs(first) > METHOD_OPTIONS.rounding else 0.0
@@ -420,7 +416,8 @@ def take_normal(
 @inner
 def impulse_along(c: ContactState, k: int) -> float:
     """Component k, in the frame of the bodies, of the impulse of a contact on body a so far."""
-    return c.impulse * c.normal[k] + c.impulse_1 * c.tangent_1[k] + c.impulse_2 * c.tangent_2[k]
+    along = c.impulse[0] * c.normal[k] + c.impulse[1] * c.tangent_1[k]
+    return along + c.impulse[2] * c.tangent_2[k]
 
 
 @inner

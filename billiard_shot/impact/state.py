@@ -7,6 +7,7 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 
 from billiard_shot.compiled import inner
+from billiard_shot.impact.options import METHOD_OPTIONS
 from billiard_shot.records import Floats, record, Storage, Vector3
 
 MAX_COEFFICIENTS = 26  # of a step's polynomials
@@ -104,9 +105,7 @@ class ContactState:
     negligible_compression: float  # up to which the force is negligible
     slip_dir_1: float  # unit vector of the slip
     slip_dir_2: float
-    impulse: float  # on body a since the start: along the normal, and along the tangents
-    impulse_1: float
-    impulse_2: float
+    impulse: Vector3  # on body a since the start: along the normal, and along the tangents
     restitution_loss: float  # energy
     friction_loss: float
     final_slip: float  # when the contact ended last
@@ -366,8 +365,23 @@ def stop_slip(c: ContactState) -> None:
 
 
 @inner
-def components(c: ContactState, velocity: Floats, j: int) -> None:
-    """Write a contact's velocity into the three components that belong to it."""
-    velocity[3 * j] = c.velocity[0]
-    velocity[3 * j + 1] = c.slip_1[0]
-    velocity[3 * j + 2] = c.slip_2[0]
+def rest_open(c: ContactState) -> None:
+    """Remove what is only rounding from the motion of an open contact, and any compression."""
+    c.compression[0] = min(c.compression[0], 0.0)
+    if abs(c.velocity[0]) <= METHOD_OPTIONS.rounding:
+        c.velocity[0] = 0.0
+        if c.compression[0] >= -METHOD_OPTIONS.rounding:  # nothing has reached it yet
+            c.compression[0] = 0.0
+
+
+@inner
+def largest_coefficient(c: ContactState, k: int) -> float:
+    """Largest coefficient k of a contact's velocities."""
+    return max(abs(c.velocity[k]), abs(c.slip_1[k]), abs(c.slip_2[k]))
+
+
+@inner
+def components(c: ContactState, velocity: Floats, row: int) -> None:
+    """Write a contact's velocity, normal and slip, into three components from a row on."""
+    velocity[row], velocity[row + 1] = c.velocity[0], c.slip_1[0]
+    velocity[row + 2] = c.slip_2[0]

@@ -32,8 +32,10 @@ from billiard_shot.impact.state import (
     GRIP,
     INACTIVE,
     is_active,
+    largest_coefficient,
     Model,
     resists,
+    rest_open,
     shears,
     SLIP,
     SLIP_ONSET,
@@ -302,11 +304,8 @@ def step_length(m: Model, contacts: list[ContactState], order: int, tolerance: f
     turning = 0.0
     for j in range(len(contacts)):
         c = contacts[j]
-        last = max(last, abs(c.velocity[order]))
-        before = max(before, abs(c.velocity[order - 1]))
-        if c.friction > 0.0:
-            last = max(last, abs(c.slip_1[order]), abs(c.slip_2[order]))
-            before = max(before, abs(c.slip_1[order - 1]), abs(c.slip_2[order - 1]))
+        last = max(last, largest_coefficient(c, order))
+        before = max(before, largest_coefficient(c, order - 1))
         if (slips(c) or c.friction_mode == DRAG) and not m.planar:
             turning = max(turning, abs(c.dir_1[order - 1]), abs(c.dir_2[order - 1]))
     if not (last < 1e200 and before < 1e200):
@@ -374,9 +373,8 @@ def advance(
         c = contacts[j]
         if c.normal_mode != INACTIVE:
             write_impulses(c, scale, order, x, impulses, shifts)
-            c.impulse += impulses[0]
-            c.impulse_1 += impulses[1]
-            c.impulse_2 += impulses[2]
+            for k in range(3):
+                c.impulse[k] += impulses[k]
             if m.moves:
                 push_bodies(ws, c, shifts, PLACE_ROWS, 0)
                 push_bodies(ws, c, impulses, VELOCITY_ROWS, 0)
@@ -401,13 +399,10 @@ def advance(
             c.shift_2[0] = evaluate(c.shift_2, order, x)
         if c.friction_mode == SLIP_ONSET:
             c.friction_mode = SLIP if m.planar else CREEP
-        y = evaluate(c.compression, order, x)
-        c.compression[0] = max(y, 0.0) if c.normal_mode != INACTIVE else min(y, 0.0)
+        c.compression[0] = evaluate(c.compression, order, x)
+        if c.normal_mode == INACTIVE:
+            rest_open(c)
+            continue
+        c.compression[0] = max(c.compression[0], 0.0)
         if c.friction_mode == DRAG:
             hold_to_cone(c, turning)
-        if c.normal_mode == INACTIVE and abs(c.velocity[0]) <= METHOD_OPTIONS.rounding:
-            c.velocity[0] = 0.0
-            if (
-                c.compression[0] >= -METHOD_OPTIONS.rounding
-            ):  # a contact that nothing has reached yet
-                c.compression[0] = 0.0

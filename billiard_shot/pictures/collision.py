@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from billiard_shot.compiled import Entry
 from billiard_shot.impact import collide, integrator, kernel
-from billiard_shot.impact import kernel as solve
 from billiard_shot.impact.bodies import Body, Contact, contact_space, system_of
 from billiard_shot.impact.collide import properties_of
 from billiard_shot.impact.options import elastic_energy, LAWS
@@ -102,8 +101,8 @@ class _Recorder:
             pushes = 1.0 if is_active(c) else 0.0
             active.append(np.full(len(part), pushes))
             velocities += [powers @ u[: order + 1] for u in (c.velocity, c.slip_1, c.slip_2)]
-            axes = (c.force, c.impulse), (c.friction_1, c.impulse_1), (c.friction_2, c.impulse_2)
-            for force, impulse in axes:
+            axes = c.force, c.friction_1, c.friction_2
+            for force, impulse in zip(axes, c.impulse, strict=True):
                 coefficients = pushes * np.array(force[:order])
                 forces.append(powers[:, :order] @ coefficients)
                 impulses.append(impulse + integrals @ coefficients)
@@ -136,12 +135,12 @@ def _with_names(function: Callable[..., Any], **names: Any) -> Callable[..., Any
 
 
 def _watched_solver(recorder: _Recorder) -> Callable[..., Any]:
-    """Return `solve.solve_stored`, interpreted, with a recorder in place of `advance`."""
+    """Return the solver, interpreted, with a recorder in place of `advance`."""
     take_step = _with_names(integrator.take_step, advance=recorder)
     integrate = _with_names(integrator.integrate, take_step=take_step)
     entry = kernel.solve_collisions
     solve_collisions = Entry(_with_names(entry.function, integrate=integrate), entry.example)
-    return _with_names(solve.solve_stored, solve_collisions=solve_collisions)
+    return _with_names(kernel.solve_in_contact_space, solve_collisions=solve_collisions)
 
 
 def trace_of_collision(
@@ -155,12 +154,11 @@ def trace_of_collision(
     recorder = _Recorder()
     space, count = contact_space(system_of(bodies, contacts)), len(contacts)
     _watched_solver(recorder)(
-        OBJECTS,
         properties_of(contacts, LAWS[law], exponent),
-        OBJECTS.array(space.delassus[np.newaxis]),
-        OBJECTS.array(space.approach[np.newaxis]),
+        space.delassus[np.newaxis],
+        space.approach[np.newaxis],
         [tolerance],
-        0,
+        storage=OBJECTS,
     )
     rows = np.concatenate([np.zeros((0, 1 + 11 * count)), *recorder.rows])
     speed = max(float(-space.approach[::3].min()), 0.0)

@@ -13,7 +13,6 @@ from billiard_shot.numerics.vectors import wrapped
 from billiard_shot.records import Array, Floats, Storage
 from billiard_shot.table.model.geometry import (
     BallClothParams,
-    GATE_AUTO,
     PocketGeometry,
     POCKETS,
     TableNumbers,
@@ -270,7 +269,7 @@ def ball_fits(seen: TableView, x: float, y: float) -> bool:
 
 def example_tables(storage: Storage) -> tuple[Any, ...]:
     """Make a layout, and openings, axes, places and kinds as entries take them (`TableView`)."""
-    params = BallClothParams(*(1.0,) * 10, 0, 1.0, GATE_AUTO, GATE_AUTO)
+    params = BallClothParams(*(1.0,) * 10, 0, 1.0)
     return (
         lay_out(storage, params, ENDLESS),
         storage.zeros(2, ANGLES, SPEED_COUNT, 2),

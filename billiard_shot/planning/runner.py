@@ -43,7 +43,7 @@ from billiard_shot.shot.stroke import Stroke, vectors_of
 from billiard_shot.status import Status
 from billiard_shot.table.model.motion import BallRule, NOTHING, SegmentRecord
 from billiard_shot.table.run.play_tables import BallOutcome, TableOutcome
-from billiard_shot.table.run.simulate import batch_of, TableBatch
+from billiard_shot.table.run.simulate import TableBatch
 from billiard_shot.table.run.task import BatchRecording, run_recorded
 from billiard_shot.table.strike.placement import ALL_SOLVED, StrikePolynomials
 
@@ -161,7 +161,7 @@ def evaluate_strokes(
 def _values(problem: Problem, recording: BatchRecording, value: ValueFunction) -> Array:
     """Ask for the values (n,) of recorded tables, and check them."""
     count = len(recording.tables)
-    values = as_floats(value(batch_of(recording, problem.names)))
+    values = as_floats(value(TableBatch(problem.names, recording)))
     if values.shape != (count,) or not ((values >= 0.0) & (values <= 1.0)).all():
         got = f'shape {values.shape}'
         if values.shape == (count,):
@@ -192,7 +192,7 @@ def penalties_of(problem: Problem, recording: BatchRecording) -> Array:
     run(sought, runs, penalties)
     found = np.asarray(penalties)
     if problem.goal[0]['kind'] == GoalKind.FOULS:
-        found = found + penalties_at_rest(problem, batch_of(recording, problem.names), found)
+        found = found + penalties_at_rest(problem, TableBatch(problem.names, recording), found)
     return found
 
 
@@ -276,6 +276,7 @@ class Runner:
         self._progress, self._cancel = progress, cancel
         # The time counts from the first strokes on: on a busy machine it would else be up before.
         self._begin, self._seconds = inf, seconds
+        self._last_rate = FIRST_RATE  # strokes per second, without the fits of maps
 
     @property
     def left(self) -> int:
@@ -312,7 +313,7 @@ class Runner:
         """
         size = min(max(ceil(strokes / (os.cpu_count() or 1)), CHUNK), LARGEST_CHUNK)
         if self._seconds is not None:
-            size = min(max(int(SHORT_TASK_S * self._rate), 1), size)
+            size = min(max(int(SHORT_TASK_S * self._last_rate), 1), size)
         return ceil(strokes / max(ceil(strokes / size), 1)) or 1
 
     @property
@@ -328,7 +329,11 @@ class Runner:
     @property
     def late(self) -> bool:
         """Whether only the reserved share of the time is left, or less."""
-        return self._time_until(1.0 - FINAL_RESERVE) < 0.0
+        return self.has_used(1.0 - FINAL_RESERVE)
+
+    def has_used(self, share: float) -> bool:
+        """Whether more than a share of the time has passed."""
+        return self._time_until(share) < 0.0
 
     def _time_until(self, share: float) -> float:
         """Seconds until a share of the time has passed."""
@@ -408,11 +413,15 @@ class Runner:
             (strokes[part], mapped.part(part), None if places is None else places[part])
             for part in parts
         ]
-        self._begin = min(self._begin, perf_counter())
+        begin, before = perf_counter(), self.simulations
+        self._begin = min(self._begin, begin)
         results = [Outcomes(np.empty(0, np.bool_), np.empty(0), np.empty(0))]
         for outcomes in self.each(work, rows):
             results.append(outcomes)
             self.simulations += len(outcomes.success)
-            if self._time_left <= 0.0:  # these strokes take longer than those before
+            count = self.simulations - before
+            self._last_rate = count / max(perf_counter() - begin, 1e-6)
+            # these strokes take longer than those before
+            if self._time_left <= 0.0 and count >= self.granted:
                 break
         return Outcomes(*(np.concatenate(columns) for columns in zip(*results, strict=True)))

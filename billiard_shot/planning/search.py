@@ -128,15 +128,20 @@ def _iteration(
     moved = np.einsum('is,isk->ik', weights, tried) / weights.sum(axis=1, keepdims=True)
     best = np.take_along_axis(penalty, nearest, axis=1).mean(axis=1)
     strokes = raise_for_clearance(problem.scene, problem.limits, problem.limits.clip(moved))
-    blocked = np.isnan(strokes).any(axis=1)
-    strokes[blocked] = population.strokes[blocked]
+    # Samples that all fail do not move a stroke that has succeeded before: a few of them, with
+    # wide errors, tell little. Its earlier samples then count too.
+    stays = (population.value > 0.0) & ~value.any(axis=1)
+    unmoved = stays | np.isnan(strokes).any(axis=1)
+    strokes[unmoved] = population.strokes[unmoved]
+    before = np.where(stays, population.samples, 0)
+    share = before / (before + samples)
     return Population(
         strokes,
         population.sigma,
-        value.mean(axis=1),
-        success.mean(axis=1),
+        value.mean(axis=1) + share * population.value,
+        success.mean(axis=1) + share * population.success,
         best,
-        np.full(count, samples, np.int64),
+        before + samples,
         population.route,
     )
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 import math
 from typing import Any
 
@@ -34,7 +34,7 @@ from billiard_shot.planning.pockets import (
 )
 from billiard_shot.planning.problem import limits_of
 from billiard_shot.planning.within_noise import noise_of, strike_alone
-from billiard_shot.records import Array, as_rows, Floats, ROWS, Storage
+from billiard_shot.records import Array, as_rows, column, Floats, Storage
 from billiard_shot.scene import Noise, Scene, SceneLike
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.scene.player import A, B, ELEVATION, offset_columns, OFFSETS, SPEED
@@ -52,7 +52,7 @@ from billiard_shot.table.run.task import in_threads
 OFFSET = 0.02  # ball radii: error of a whose effect is extrapolated
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class DirectShots(Tabular):
     """
     Direct shots of many tables, in the order of tables, balls and pockets.
@@ -63,6 +63,8 @@ class DirectShots(Tabular):
         The balls.
     tables : int
         Number of tables.
+    rows : (n,) array of DirectShot
+        The rows that were found, of which all else are columns.
     table, ball, pocket : (n,) int arrays
         The table of each shot; the ball to be potted, as an index in `names`; the pocket, as an
         index in `POCKET_NAMES`.
@@ -82,18 +84,24 @@ class DirectShots(Tabular):
 
     names: tuple[str, ...]
     tables: int
-    table: NDArray[np.int64]
-    ball: NDArray[np.int64]
-    pocket: NDArray[np.int64]
-    offsets: Array
-    cut: Array
-    distance: Array
-    way: Array
-    chance: Array
+    rows: NDArray[np.void]
+    table = column('rows', 'table')
+    ball = column('rows', 'ball')
+    pocket = column('rows', 'pocket')
+    cut = column('rows', 'cut')
+    distance = column('rows', 'distance')
+    way = column('rows', 'way')
+    chance = column('rows', 'chance')
+
+    @cached_property
+    def offsets(self) -> Array:
+        """The strokes (n, 5)."""
+        middle = np.zeros((2, len(self)))
+        return np.column_stack([*middle, *(self.rows[name] for name in OFFSETS[ELEVATION:])])
 
     def __len__(self) -> int:
         """Return the number of shots."""
-        return len(self.table)
+        return len(self.rows)
 
     def __repr__(self) -> str:
         return f'DirectShots({len(self)} on {self.tables} tables)'
@@ -177,29 +185,27 @@ def shots(
         rows['table'] += part.start
         return rows
 
-    nothing: NDArray[np.void] = ROWS.records(DirectShot, 0)
-    found = np.concatenate([nothing, *in_threads(find, len(tables), workers)])
-    offsets = np.zeros((len(found), 5))
-    for i, name in enumerate(('elevation', 'azimuth', 'speed'), 2):
-        offsets[:, i] = found[name]
-    columns = {
-        name: found[name]
-        for name in ('table', 'ball', 'pocket', 'cut', 'distance', 'way', 'chance')
-    }
-    return DirectShots(names=tables.names, tables=len(tables), offsets=offsets, **columns)
+    rows = np.concatenate(in_threads(find, len(tables), workers))
+    return DirectShots(tables.names, len(tables), rows)
+
+
+def _packed_tables(
+    storage: Storage, scene: Scene, places: Array, kinds: NDArray[np.int64]
+) -> tuple[Any, ...]:
+    """Return layout, openings, axes, places and kinds as entries take them, see `TableView`."""
+    params, table = params_on_table(scene)
+    return (
+        lay_out(storage, params, table),
+        *map(storage.array, (openings_of(params, table), AXES, places, kinds)),
+    )
 
 
 def arguments_of(
     storage: Storage, scene: Scene, noise: Noise, places: Array, kinds: NDArray[np.int64], cue: int
 ) -> tuple[Any, ...]:
     """Return the arguments of `find_direct_shots` for tables of a scene and a player."""
-    params, table = params_on_table(scene)
     return (
-        lay_out(storage, params, table),
-        storage.array(openings_of(params, table)),
-        storage.array(AXES),
-        storage.array(places),
-        storage.array(kinds),
+        *_packed_tables(storage, scene, places, kinds),
         cue,
         _player(storage, scene, noise, kinds.shape[1]),
         storage.records(DirectShot, POCKETS * int((kinds == LEGAL).sum()) + 1),
@@ -360,23 +366,13 @@ def open_pockets(scene: Scene, tables: TableStates, which: NDArray[np.bool_]) ->
         0 for the other balls.
 
     """
-    params, table = params_on_table(scene)
-    openings = openings_of(params, table)
     places, kinds = places_and_kinds(tables, which)
+    openings_of(*params_on_table(scene))  # once, before the threads
 
     def count(part: slice) -> NDArray[np.int64]:
         run = count_open_pockets.current()
-        storage, array = run.storage, run.storage.array
-        counts = array(np.zeros_like(kinds[part]))
-        run(
-            lay_out(storage, params, table),
-            array(openings),
-            array(AXES),
-            array(places[part]),
-            array(kinds[part]),
-            counts,
-        )
+        counts = run.storage.array(np.zeros_like(kinds[part]))
+        run(*_packed_tables(run.storage, scene, places[part], kinds[part]), counts)
         return np.asarray(counts)
 
-    nothing = np.zeros((0, kinds.shape[1]), np.int64)
-    return np.concatenate([nothing, *in_threads(count, len(tables))])
+    return np.concatenate(in_threads(count, len(tables)))

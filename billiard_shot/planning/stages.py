@@ -41,6 +41,7 @@ from billiard_shot.table.run.task import run_recorded
 
 CURVES, CURVES_AT_ONCE = 8_000, 100  # simulated strokes at most; between two polls of the search
 ENOUGH = 60  # candidates
+CURVE_TIME = 0.4  # share of the time of a search in which its first candidates are found
 SLOWEST = 0.6  # m/s, of the cue
 # A path is approximated by lines: number for each of its first segments, number of these segments,
 # and number for all other segments together.
@@ -65,7 +66,7 @@ def curved_candidates(
     Find strokes whose paths reach waypoints clear of all other balls.
 
     At most `most` strokes are simulated, and no more if `ENOUGH` are found, or the search does not
-    go on.
+    go on. If some are found, the others must not take more than `CURVE_TIME` of the time.
     """
     robot, count = problem.limits.robot, min(most, CURVES)
     slowest = min(max(SLOWEST, robot.speed_min), robot.speed_max)
@@ -80,7 +81,8 @@ def curved_candidates(
     ]
     for curves in runner.each(simulate_curves, parts):
         found += [_through(problem, curves, point, number) for number, point in enumerate(points)]
-        if runner.left <= 0 or sum(len(each.route) for each in found) >= ENOUGH:
+        count = sum(len(each.route) for each in found)
+        if runner.left <= 0 or count >= ENOUGH or (count and runner.has_used(CURVE_TIME)):
             break
     return Candidates(*map(np.concatenate, zip(*found, strict=True)))
 
@@ -91,7 +93,7 @@ def simulate_curves(model: StrikeModel, strokes: Array) -> Curves:
     rules = ROWS.records(BallRule, 1)  # a stroke that fails ends there
     run = play_by(run_recorded, alone(model), *vectors_of(strokes), None, accuracy, rules=rules)
     ends = run.tables['segments']
-    usual = (run.status == Status.OK) & ~run.cues['miscue'] & ~run.tables['double_hit']
+    usual = (run.tables['status'] == Status.OK) & ~run.cues['miscue'] & ~run.tables['double_hit']
     kept = np.flatnonzero(usual & (np.diff(ends, prepend=0) <= MAX_SEGMENTS))
     motions = np.split(run.segments, ends[:-1])
     paths = [Trajectory(motions[i].copy()) for i in kept]

@@ -307,13 +307,13 @@ def _cells_of(strokes: Array, level: int) -> tuple[list[Cell], NDArray[np.int64]
     places[:, 0] = np.abs(places[:, 0])
     places[:, 3] = np.log(places[:, 3]) / math.log(SPEED_RATIO)
     indices = np.floor(places).astype(np.int64)
-    a, b, elevation, speed = indices.T
-    keys = ((a * 4096 + b + 2048) * 4096 + elevation + 2048) * 4096 + speed + 2048
-    _, first, owner, counts = np.unique(
-        keys, return_index=True, return_inverse=True, return_counts=True
-    )
-    cells: list[Cell] = [(level, *corner) for corner in indices[first].tolist()]
-    return cells, owner, counts.tolist()
+    # np.unique of rows takes ten times as long
+    order = np.lexsort(indices.T[::-1])
+    begins = np.append(True, (np.diff(indices[order], axis=0) != 0).any(axis=1))
+    owner = np.empty(len(order), np.int64)
+    owner[order] = np.cumsum(begins) - 1
+    cells: list[Cell] = [(level, *corner) for corner in indices[order[begins]].tolist()]
+    return cells, owner, np.bincount(owner).tolist()
 
 
 def predict_within_noise(

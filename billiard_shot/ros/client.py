@@ -1,8 +1,8 @@
 """Client of the nodes, and the programs that use it: what they print, and what is typed."""
 
-import argparse
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 import gc
 import math
 import os
@@ -29,7 +29,6 @@ from rclpy.task import Future
 from std_msgs.msg import Bool, Header
 
 from billiard_shot import Scene, Stroke
-from billiard_shot.cli.stroke_options import add_stroke_arguments
 from billiard_shot.cue.plan import GoalOutcome, RefusedError
 from billiard_shot.cue.safety import SafetyState
 from billiard_shot.perception.sightings import Balls, RestWatch
@@ -502,14 +501,22 @@ ROS arguments follow --ros-args, such as -r __ns:=/left_robot"""
 """End of the help of programs that ask the nodes."""
 
 
-def add_client_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the options of all programs that ask the nodes for strokes."""
-    add_stroke_arguments(parser)
-    add = parser.add_argument
-    scene = 'bundled scene or YAML file, for given strokes; the same as for the nodes (paper)'
-    add('--scene', default='paper', metavar='SCENE', help=scene)
-    wait = f'time to wait for each node in seconds ({START_UP:g})'
-    add('--wait', type=float, default=START_UP, metavar='S', help=wait)
+@dataclass(frozen=True)
+class OfClient:
+    """
+    The scene, and how long to wait.
+
+    Parameters
+    ----------
+    scene : SCENE
+        Bundled scene or YAML file, for given strokes; the same as for the nodes (%(default)s).
+    wait : S
+        Time to wait for each node in seconds (%(default)g).
+
+    """
+
+    scene: str = 'paper'
+    wait: float = START_UP
 
 
 def run_client(
@@ -523,16 +530,17 @@ def run_client(
     """
     Do some work with a client, and exit with one of the codes of `CLIENT_HELP`.
 
-    A client that `serves` is the node `name`, which ends with 0 after a signal. `options` are
-    parameters of `RobotClient`.
+    A client that `serves` is the node `name`, which ends with 0 after a signal. Another one is
+    canceled by a signal, and ends by a second one. `options` are parameters of `RobotClient`.
     """
     caught: list[int] = []
 
     # A signal handler that raises SystemExit would sometimes do so within rclpy, which drops the
-    # exception. So a timer exits between two callbacks.
+    # exception. So a timer looks between two callbacks.
     def end_if_caught() -> None:
-        if caught:
-            sys.exit(0 if serves else 128 + caught.pop())
+        if len(caught) > (not serves):
+            sys.exit(0 if serves else 128 + caught[0])
+        client.is_canceled |= bool(caught)
 
     # The handlers of rclpy would shut down its context, and then no goal could be cancelled.
     with initialized(args, signal_handler_options=SignalHandlerOptions.NO):
@@ -546,4 +554,6 @@ def run_client(
         except NotReadyError as error:
             say(f'{name}: {error}', sys.stderr)
             code = NOT_READY
-    sys.exit(code)
+        except CanceledError:
+            pass
+    sys.exit(128 + caught[0] if caught else code)

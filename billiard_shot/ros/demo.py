@@ -55,14 +55,14 @@ def main() -> None:
         )
         with running(PREDICTOR, environment):
             strokes = str(config_file('strokes/paper.yaml'))
-            failed = run_program('predict_shot', environment, '--brief', '--strokes', strokes)
+            failed = run_program('predict_shot', environment, '--strokes', strokes)
         if not failed:
             print(
                 'A simulated cue plays two strokes, a planned one, and a game of three balls:',
                 flush=True,
             )
             nodes = nodes_of(
-                QUICK, DEMO_SCENE, simulate=True, camera=False, player=True, interface='topic'
+                QUICK, DEMO_SCENE, simulate=True, camera=False, player=False, interface='topic'
             )
             with running(nodes, environment):
                 failed = run_program('player', environment, *PLAYED)

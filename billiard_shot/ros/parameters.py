@@ -1,11 +1,8 @@
 """Parameters of the nodes: fields of dataclasses, declared with full descriptors and checked."""
 
-# ruff: noqa: RUF009 (the calls in class bodies make fields, as dataclasses.field does)
-
 from collections.abc import Callable, Iterator
 import dataclasses
 from dataclasses import dataclass, replace
-from inspect import cleandoc
 import math
 import re
 from typing import Any, ClassVar, TypeVar
@@ -23,7 +20,7 @@ from std_msgs.msg import Header
 
 from billiard_shot.cue.mechanism import JOINTS, Mechanism
 from billiard_shot.scene import Scene
-from billiard_shot.scene.fields import NUMBER, TAKES, WHOLE, whole_number
+from billiard_shot.scene.fields import descriptions, NUMBER, TAKES, WHOLE, whole_number
 
 K = TypeVar('K')
 
@@ -122,7 +119,7 @@ def descriptors(kind: Any) -> Iterator[tuple[str, ParameterDescriptor]]:
         bounds = each.metadata.get(NUMBER) or each.metadata.get(WHOLE)
         unit = f' Unit: {bounds.unit}.' if bounds and bounds.unit else ''
         descriptor = ParameterDescriptor(
-            description=words[each.name] + unit, read_only=is_read_only(kind, each.name)
+            description=words[each.name].text + unit, read_only=is_read_only(kind, each.name)
         )
         if bounds and WHOLE in each.metadata:
             low, high = bounds.minimum, bounds.maximum
@@ -138,17 +135,6 @@ def is_read_only(kind: Any, name: str) -> bool:
     """Whether the value of a field can be given only when the node starts; see `declare`."""
     fixed = getattr(kind, 'READ_ONLY', ())
     return fixed is None or name in fixed
-
-
-def descriptions(kind: type) -> dict[str, str]:
-    """Read the description of each field in the docstrings of a dataclass and its bases."""
-    found = {}
-    for each in kind.__mro__:
-        text = cleandoc(each.__doc__ or '') + '\n'
-        for names, words in re.findall(r'^(\w[\w, ]*) : .*\n((?:    .+\n)+)', text, re.MULTILINE):
-            unit_left_out = re.sub(r' \[[^]]*\]\.$', '.', ' '.join(words.split()))
-            found.update(dict.fromkeys(names.split(', '), unit_left_out))
-    return found
 
 
 TOPIC_NAME = re.compile(r'(~?/)?[a-z_]\w*(/[a-z_]\w*)*', re.ASCII | re.IGNORECASE)

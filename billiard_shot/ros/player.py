@@ -7,11 +7,12 @@ Play shots with the mechanical cue: for targets, given strokes, or a turn of a g
 
 Needs an active cue_driver, a mechanism, and a node that publishes table_state; for strokes and
 targets also a predictor, and for targets a planner. With `--serve` it is the node with the action
-`play_turn` (billiard_shot_msgs/action/PlayTurn), which a game needs.
+`play_turn` (billiard_shot_msgs/action/PlayTurn).
 """
 
 import argparse
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from dataclasses import dataclass
 import math
 
 from action_msgs.msg import GoalStatus
@@ -19,15 +20,16 @@ from billiard_shot_msgs.action import ExecuteShot
 from billiard_shot_msgs.srv import PredictShot
 
 from billiard_shot import Scene, Status, Stroke
-from billiard_shot.cli.stroke_options import strokes_from_options, strokes_given
+from billiard_shot.cli.options import add_options, check_options, positional
+from billiard_shot.cli.stroke_options import STROKE_OPTIONS, strokes_from_options, strokes_given
 from billiard_shot.cue.plan import GoalOutcome, RefusedError
 from billiard_shot.planning.statistics import estimate_in_words
 from billiard_shot.planning.targets import reached_at_rest, Target
 from billiard_shot.ros import conversions
 from billiard_shot.ros.client import (
-    add_client_arguments,
     CLIENT_HELP,
     FIRE,
+    OfClient,
     RobotClient,
     run_client,
     say,
@@ -39,8 +41,9 @@ from billiard_shot.ros.node_runner import own_arguments, parser_of
 from billiard_shot.ros.parameters import within_mechanism
 from billiard_shot.ros.plan_conversions import target_in, target_message
 from billiard_shot.ros.turn import GameTable
-from billiard_shot.ros.turn_client import add_turn_arguments, first_state, play_turn
+from billiard_shot.ros.turn_client import first_turn, OfGame, play_turn
 from billiard_shot.ros.turn_server import TurnServer
+from billiard_shot.scene.fields import number, whole_number
 from billiard_shot.scene.placement import CUE_BALL
 
 MAX_VALIDITY = 3600.0  # s within which a shot must be fired
@@ -118,7 +121,7 @@ def play_target(
     client: RobotClient, text: str, target: Target, options: argparse.Namespace
 ) -> bool:
     """Plan for a target, play, and print the result; return False if it was missed."""
-    answer = client.plan(target_message(target), options.budget)
+    answer = client.plan(target_message(target), options.budget or 0)
     result = answer.result
     if answer.status != GoalStatus.STATUS_SUCCEEDED:
         say(f'{text}: {result.message}')
@@ -152,60 +155,59 @@ def _target(text: str) -> tuple[str, Target]:
         raise argparse.ArgumentTypeError(str(error)) from None
 
 
-def _number(kind: type, most: float) -> Callable[[str], float]:
-    """Type of an option for a number above 0 and at most `most`."""
+@dataclass(frozen=True)
+class OfPlayer:
+    """
+    Targets, and how shots are fired.
 
-    def read(text: str) -> float:
-        number: float = kind(text)
-        if not 0 < number <= most:
-            raise argparse.ArgumentTypeError(f'must be above 0 and at most {most}, got {text}')
-        return number
+    Parameters
+    ----------
+    targets : TARGET
+        YAML as in docs/planning.md, such as '{rest: [0.5, -0.3], radius: 0.1}' or
+        '{pot: 8, pocket: any}'; strokes are played first, then the targets, then the game.
+    mechanism : FILE
+        Mechanism of the driver; games keep to its limits and those of the scene's robot.
+    allow_miscue : bool
+        Play a stroke in which the tip is predicted to slide on the ball.
+    budget : N
+        Largest number of strokes to simulate for a plan (the planner's parameter).
+    arm : bool
+        Fire each shot as soon as it is aimed, unasked.
+    valid_for : S
+        Time in seconds within which a shot must be fired (%(default)g).
+    simulate_safety_inputs : bool
+        Publish that the emergency stop is released and the interlock closed; only for simulations;
+        refused if another node publishes one of them.
 
-    read.__name__ = kind.__name__  # in messages of argparse
-    return read
+    """
+
+    targets: list[tuple[str, Target]] = positional('*', type=_target)
+    mechanism: str = ''
+    allow_miscue: bool = False
+    budget: int | None = whole_number(minimum=1, maximum=MAX_BUDGET, default=None)
+    arm: bool = False
+    valid_for: float = number('s', above=0, maximum=MAX_VALIDITY, default=VALIDITY)
+    simulate_safety_inputs: bool = False
 
 
 def main(args: Sequence[str] | None = None) -> None:
     """Play shots."""
     parser = parser_of('player', __doc__, CLIENT_HELP)
-    add = parser.add_argument
-    add(
-        'targets',
-        nargs='*',
-        type=_target,
-        metavar='TARGET',
-        help="YAML as in docs/planning.md, such as '{rest: [0.5, -0.3], radius: 0.1}' or "
-        "'{pot: 8, pocket: any}'; strokes are played first, then the targets, then the game",
-    )
-    add_client_arguments(parser)
-    add_turn_arguments(parser)
-    limits = "mechanism of the driver; games keep to its limits and those of the scene's robot"
-    add('--mechanism', default='', metavar='FILE', help=limits)
-    miscue = 'play a stroke in which the tip is predicted to slide on the ball'
-    add('--allow-miscue', action='store_true', help=miscue)
-    most = "largest number of strokes to simulate for a plan (the planner's parameter)"
-    add('--budget', type=_number(int, MAX_BUDGET), default=0, metavar='N', help=most)
-    add('--arm', action='store_true', help='fire each shot as soon as it is aimed, unasked')
-    valid = f'time in seconds within which a shot must be fired ({VALIDITY:g})'
-    seconds = _number(float, MAX_VALIDITY)
-    add('--valid-for', type=seconds, default=VALIDITY, metavar='S', help=valid)
-    add(
-        '--simulate-safety-inputs',
-        action='store_true',
-        help='publish that the emergency stop is released and the interlock closed; only for '
-        'simulations; refused if another node publishes one of them',
-    )
+    add_options(parser, *STROKE_OPTIONS, OfClient(), OfGame(), OfPlayer())
     options = parser.parse_args(own_arguments(args))
     plays_game = bool(options.game or options.state)
     plays = strokes_given(options) or options.targets or plays_game
     if options.serve and plays:
         parser.error('--serve must not be given together with a stroke, a TARGET or a game')
     strokes: dict[str, Stroke] = {}
+    game = None
     try:
+        check_options(options, parser)
         scene = within_mechanism(Scene.load(options.scene), options.mechanism)
         if strokes_given(options) or not (plays or options.serve):  # without any: an error
             strokes = strokes_from_options(options, scene)
-        state = first_state(options, scene) if plays_game else None
+        if plays_game:
+            game = first_turn(options, scene)
     except (ValueError, OSError) as error:
         parser.error(str(error))
 
@@ -220,7 +222,7 @@ def main(args: Sequence[str] | None = None) -> None:
         return (
             all(play_stroke(client, *named, scene, options) for named in strokes.items())
             and all(play_target(client, text, target, options) for text, target in options.targets)
-            and (state is None or play_turn(client, state, scene, options))
+            and (game is None or play_turn(client, *game, scene, options))
         )
 
     run_client(

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 import contextlib
+from dataclasses import dataclass
 import os
 from pathlib import Path
 import signal
@@ -9,6 +10,7 @@ import subprocess
 import sys
 import time
 
+from billiard_shot.cli.options import add_options, option
 from billiard_shot.ros.node_runner import own_arguments, parser_of
 
 # Places of the folder `config`: in a source checkout, and where pip installs it.
@@ -120,26 +122,43 @@ def state_file(ros: Sequence[str]) -> str:
     return str(home.joinpath('billiard_shot', *spaces[-1:], 'cue_driver.state'))
 
 
+@dataclass(frozen=True)
+class OfRobot:
+    """
+    The scene and the nodes.
+
+    Parameters
+    ----------
+    scene : SCENE
+        Bundled scene or YAML file for all nodes; its cue must be guided (%(default)s).
+    simulate : bool
+        Also start a simulated table and, with the interface topic, a mechanism.
+    camera : bool
+        Also start the table_tracker, for the detections of a camera.
+    player : bool
+        Also start the node that plays the turns of the action play_turn.
+    interface : str
+        How cue_driver commands the mechanism (%(default)s).
+    record : FILE
+        Also start the shot_recorder, which adds all shots to this file .csv.
+
+    """
+
+    scene: str = 'paper'
+    simulate: bool = False
+    camera: bool = False
+    player: bool = False
+    interface: str = option(default='topic', choices=('topic', 'follow_joint_trajectory'))
+    record: str = ''
+
+
 def main(args: Sequence[str] | None = None) -> None:
     """Start the nodes; the exit code is 1 if one of them ends by itself."""
     given = list(sys.argv if args is None else ['', *args])
     own = own_arguments(args)
     ros = [each for each in given[1:] if each not in (*own, '--ros-args', '--')]
     parser = parser_of('robot', __doc__, MORE_HELP)
-    scene_help = 'bundled scene or YAML file for all nodes; its cue must be guided (paper)'
-    parser.add_argument('--scene', default='paper', metavar='SCENE', help=scene_help)
-    parts = {
-        'simulate': 'also start a simulated table and, with the interface topic, a mechanism',
-        'camera': 'also start the table_tracker, for the detections of a camera',
-        'player': 'also start the node that plays the turns of the action play_turn',
-    }
-    for name, help_text in parts.items():
-        parser.add_argument(f'--{name}', action='store_true', help=help_text)
-    kinds = ('topic', 'follow_joint_trajectory')
-    interface_help = 'how cue_driver commands the mechanism (topic)'
-    parser.add_argument('--interface', default='topic', choices=kinds, help=interface_help)
-    record_help = 'also start the shot_recorder, which adds all shots to this file .csv'
-    parser.add_argument('--record', default='', metavar='FILE', help=record_help)
+    add_options(parser, OfRobot())
     options = parser.parse_args(own)
     nodes = nodes_of(ros, **vars(options))
     signal.signal(signal.SIGTERM, signal.default_int_handler)

@@ -1,6 +1,5 @@
 """The node `table_tracker`: estimates where the balls lie from the detections of a camera."""
 
-# ruff: noqa: RUF009 (the calls in class bodies make fields, as dataclasses.field does)
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -26,7 +26,7 @@ from billiard_shot.cue.plan import RefusedError
 from billiard_shot.game.rack import Agent, decision_of, scene_of
 from billiard_shot.game.referee import choose, concede, judge
 from billiard_shot.game.state import Decision, find_game, Outcome, outcome_of, Ruling, State
-from billiard_shot.game.typed import Places, possible_rulings
+from billiard_shot.game.typed import Places, possible_rulings, ShotReport, told_outcome
 from billiard_shot.perception.sightings import Balls, positions_of
 from billiard_shot.ros.client import (
     CanceledError,
@@ -104,6 +104,7 @@ PLACE_TOLERANCE = 0.01  # m of a ball from its place; the player then decides fo
 PLACE_TIME = 600.0  # s in which balls are put somewhere by hand
 FORGET_PERIOD = 2.0  # s between two calls that make a tracker forget the balls
 FOUND_TIME = 10.0  # s in which a tracker finds balls again
+RULE_TIME = 60.0  # s that somebody has to state the outcome of a shot after a cancel
 RECORD_TIME = 5.0  # s in which a simulated table publishes its record of a shot
 
 
@@ -226,6 +227,41 @@ after it [m], and a function that returns whether the answer is no longer needed
 """
 
 
+class Question:
+    """What somebody is asked about a shot, if pictures do not show it."""
+
+    def __init__(self, client: RobotClient) -> None:
+        self._client = client
+        self._asked: tuple[str, State, Places] | None = None
+        self._told: Outcome | None = None
+
+    def ask(
+        self, shot_id: str, state: State, places: Places, is_over: Callable[[], bool]
+    ) -> Outcome | None:
+        """Wait for an answer, see `Ask`; CanceledError if the client is canceled before."""
+        self._told, self._asked = None, (shot_id, state, places)
+
+        def ended() -> bool:
+            return self._told is not None or is_over()
+
+        try:
+            self._client.until(lambda: self._client.is_canceled or ended(), math.inf)
+            answered = self._client.until(ended, RULE_TIME)
+        finally:
+            self._asked = None
+        if not answered:
+            raise CanceledError(f'canceled, and nobody has ruled on {shot_id!r}')
+        return self._told
+
+    def answer(self, shot_id: str, told: ShotReport) -> None:
+        """Take an answer; ValueError says what is wrong with it."""
+        if self._asked is None or shot_id != self._asked[0]:
+            feedback = 'that of a shot for which feedback asks'
+            wanted = repr(self._asked[0]) if self._asked else feedback
+            raise ValueError(f'shot_id must be {wanted}, got {shot_id!r}')
+        self._told = told_outcome(*self._asked[1:], told)
+
+
 class NotPlayedError(RuntimeError):
     """The driver has refused or ended a shot; the message says why."""
 
@@ -317,8 +353,6 @@ class Turn:
         """Play a stroke that was decided for the balls that were seen, watch them, and judge."""
         scene, name = scene_of(self.table.scene, state), f'{state.game.name} {state.shots + 1}'
         goal = self.table.client.goal(stroke, seen, scene, name)
-        # The agent has simulated the stroke with a tip that slides, and the ruling tells of it.
-        goal.allow_miscue = True
         shot_id = goal.plan.shot_id
         self.tell(TurnStage.PLAY, decision.reason or 'plays', shot_id, {})
         self.table.records.clear()

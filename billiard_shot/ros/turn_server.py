@@ -1,6 +1,6 @@
 """The action `play_turn`: plays a turn of a game for whoever sends a goal."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 import math
 
 from billiard_shot_msgs.action import PlayTurn
@@ -9,9 +9,8 @@ from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.task import Future
 
 from billiard_shot.game.rack import agent_names, find_agent
-from billiard_shot.game.state import game_names, Outcome, State
-from billiard_shot.game.typed import Places, ShotReport, told_outcome
-from billiard_shot.ros.client import CanceledError
+from billiard_shot.game.state import game_names
+from billiard_shot.game.typed import Places, ShotReport
 from billiard_shot.ros.node_runner import GoalHandle
 from billiard_shot.ros.turn import (
     balls_message,
@@ -19,12 +18,11 @@ from billiard_shot.ros.turn import (
     game_state_message,
     GameTable,
     places_of,
+    Question,
     state_of,
     Turn,
 )
 from billiard_shot.scene.errors import InputError, Mistake, must_be_one_of, printable
-
-RULE_TIME = 60.0  # s that somebody has to state the outcome of a shot whose goal is canceled
 
 
 class TurnServer:
@@ -40,8 +38,7 @@ class TurnServer:
     def __init__(self, table: GameTable, modules: Sequence[str] = ()) -> None:
         self._table, self._client, self._modules = table, table.client, modules
         self._goal: tuple[GoalHandle, Future[PlayTurn.Result]] | None = None
-        self._asked: tuple[str, State, Places] | None = None
-        self._told: Outcome | None = None
+        self._question = Question(table.client)
         self._taken = False
         self._client.create_service(RuleShot, '~/rule_shot', self._rule)
         ActionServer(
@@ -94,11 +91,7 @@ class TurnServer:
         return CancelResponse.ACCEPT
 
     def _rule(self, request: RuleShot.Request, response: RuleShot.Response) -> RuleShot.Response:
-        asked = self._asked
         try:
-            if asked is None or request.shot_id != asked[0]:
-                wanted = repr(asked[0]) if asked else 'that of a shot for which feedback asks'
-                raise ValueError(f'shot_id must be {wanted}, got {request.shot_id!r}')
             if len(request.pocketed) != len(request.pockets):
                 raise ValueError(
                     f'pockets must have {len(request.pocketed)} elements, as pocketed, got '
@@ -108,7 +101,7 @@ class TurnServer:
             told = ShotReport(
                 request.first_contact, request.to_cushion, pockets, request.double_hit
             )
-            self._told = told_outcome(*asked[1:], told)
+            self._question.answer(request.shot_id, told)
             response.success = True
         except ValueError as error:
             response.message = str(error)
@@ -141,7 +134,8 @@ class TurnServer:
             return PlayTurn.Result(
                 outcome=outcome, message=message, state=request.state, balls=request.balls
             )
-        turn = Turn(self._table, agent, tell, self._ask, request.arm, state=state)
+        ask = self._question.ask
+        turn = Turn(self._table, agent, tell, ask, request.arm, state)
         outcome, message = turn.play()
         log.info(printable(message))
         return PlayTurn.Result(
@@ -151,20 +145,3 @@ class TurnServer:
             balls=balls_message(turn.state.balls),
             shots=turn.shots,
         )
-
-    def _ask(
-        self, shot_id: str, state: State, places: Places, is_over: Callable[[], bool]
-    ) -> Outcome | None:
-        self._told, self._asked = None, (shot_id, state, places)
-
-        def ended() -> bool:
-            return self._told is not None or is_over()
-
-        try:
-            self._client.until(lambda: self._client.is_canceled or ended(), math.inf)
-            answered = self._client.until(ended, RULE_TIME)
-        finally:
-            self._asked = None
-        if not answered:
-            raise CanceledError(f'canceled, and nobody has ruled on {shot_id!r}')
-        return self._told

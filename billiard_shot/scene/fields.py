@@ -7,8 +7,10 @@ Such dataclasses are read from mappings, with all mistakes found at once.
 from collections.abc import Callable, Iterator, Mapping
 import copy
 import dataclasses
+from inspect import cleandoc
 import math
 from numbers import Integral, Real
+import re
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
@@ -105,7 +107,7 @@ class Range(NamedTuple):
     maximum: float | None
 
 
-class Derived(float):
+class DerivedNumber(float):
     """A number that was computed from other fields; arithmetic with it gives a float."""
 
     __slots__ = ()
@@ -140,7 +142,7 @@ def number(
     return dataclasses.field(default=value, metadata=metadata)
 
 
-def whole_number(*, minimum: int, default: int, maximum: int | None = None) -> Any:
+def whole_number(*, minimum: int, default: int | None, maximum: int | None = None) -> Any:
     """Field for an integer, at least `minimum` and at most `maximum`."""
 
     def convert(value: object) -> int:
@@ -370,17 +372,38 @@ def write(instance: Any, *, derived: bool = False) -> dict[str, Any]:
     result = {}
     for field in dataclasses.fields(instance):
         value = getattr(instance, field.name)
-        if value is None or (isinstance(value, Derived) and not (derived and value < math.inf)):
+        if value is None or (
+            isinstance(value, DerivedNumber) and not (derived and value < math.inf)
+        ):
             continue
         result[field.name] = _plain(value, derived)
     return result
+
+
+class Description(NamedTuple):
+    """What a docstring says about a field: its type, and in words, without the unit."""
+
+    kind: str
+    text: str
+
+
+def descriptions(kind: type) -> dict[str, Description]:
+    """Read the description of each field in the docstrings of a dataclass and its bases."""
+    found = {}
+    for each in reversed(kind.__mro__):
+        words = cleandoc(each.__doc__ or '') + '\n'
+        section = r'^(\w[\w, ]*) : (.*)\n((?:    .+\n)+)'
+        for names, of_type, text in re.findall(section, words, re.MULTILINE):
+            unit_left_out = re.sub(r' \[[^]]*\]\.$', '.', ' '.join(text.split()))
+            found.update(dict.fromkeys(names.split(', '), Description(of_type, unit_left_out)))
+    return found
 
 
 def fill_in(instance: S, **values: float) -> S:
     """Copy of an object with values that are derived from data outside of it."""
     filled = copy.copy(instance)
     for name, value in values.items():
-        object.__setattr__(filled, name, Derived(value))
+        object.__setattr__(filled, name, DerivedNumber(value))
     return filled
 
 
@@ -406,7 +429,7 @@ def _plain(value: Any, derived: bool) -> Any:
         return {key: _plain(each, derived) for key, each in value.items()}
     if isinstance(value, tuple):
         return [_plain(each, derived) for each in value]
-    return float(value) if isinstance(value, Derived) else value
+    return float(value) if isinstance(value, DerivedNumber) else value
 
 
 def _read(kind: type, data: object) -> tuple[Any, list[Mistake]]:
@@ -440,7 +463,7 @@ def _examine(
         value = given[name] if name in given else _default(field)
         if value is dataclasses.MISSING:
             mistakes.append(Mistake((name,), 'is missing'))
-        elif DERIVED in metadata and (value is None or isinstance(value, Derived)):
+        elif DERIVED in metadata and (value is None or isinstance(value, DerivedNumber)):
             derived.append(field)
         elif reading and SECTION_KEY in metadata and isinstance(value, Mapping):
             known[name], wrong = _read(metadata[SECTION_KEY], value)
@@ -456,7 +479,7 @@ def _examine(
     so_far = _Known(kind, known)
     for field in derived:
         try:
-            known[field.name] = Derived(field.metadata[DERIVED](so_far))
+            known[field.name] = DerivedNumber(field.metadata[DERIVED](so_far))
         except _WrongFieldError:
             continue
     mistakes += _conflicts(kind, so_far)

@@ -19,7 +19,7 @@ from billiard_shot.scene.fields import (
     as_floats,
     check,
     choice,
-    Derived,
+    DerivedNumber,
     fill_in,
     NUMBER,
     number,
@@ -48,7 +48,7 @@ RECORDED = 'carom: recordings of tailuge/billiards; pool and snooker: no rise is
 INCH, OUNCE = 0.0254, 0.028349523  # m, kg
 
 
-class Published(NamedTuple):
+class PublishedRange(NamedTuple):
     """A range of published values, in the unit of the number."""
 
     low: float
@@ -57,30 +57,34 @@ class Published(NamedTuple):
 
 
 PUBLISHED = {
-    'ball.mass': Published(5.5 * OUNCE, 6.0 * OUNCE, EQUIPMENT),
-    'ball.radius': Published(1.1225 * INCH, 1.1275 * INCH, EQUIPMENT),
-    'cue.tip_curvature_radius': Published(9.0e-3, 10.6e-3, 'curvatures of a dime and a nickel'),
-    'contacts.cue_ball.restitution': Published(0.71, 0.87, f'{PROPERTIES}: leather to phenolic'),
-    'contacts.cue_ball.duration': Published(
+    'ball.mass': PublishedRange(5.5 * OUNCE, 6.0 * OUNCE, EQUIPMENT),
+    'ball.radius': PublishedRange(1.1225 * INCH, 1.1275 * INCH, EQUIPMENT),
+    'cue.tip_curvature_radius': PublishedRange(
+        9.0e-3, 10.6e-3, 'curvatures of a dime and a nickel'
+    ),
+    'contacts.cue_ball.restitution': PublishedRange(
+        0.71, 0.87, f'{PROPERTIES}: leather to phenolic'
+    ),
+    'contacts.cue_ball.duration': PublishedRange(
         0.8e-3, 3e-3, 'Alciatore: high-speed films, phenolic and fast to soft and slow'
     ),
-    'contacts.ball_table.friction': Published(0.15, 0.4, PROPERTIES),
-    'contacts.ball_ball.restitution': Published(0.92, 0.98, PROPERTIES),
-    'cloth.sliding_friction': Published(0.15, 0.4, PROPERTIES),
-    'cloth.rolling_resistance': Published(0.005, 0.015, PROPERTIES),
-    'cloth.rolling_rise': Published(0.0, 0.0017, RECORDED),
-    'cloth.spin_deceleration': Published(5.0, 15.0, PROPERTIES),
-    'table.cushion.restitution': Published(0.6, 0.98, CUSHION_SOURCE),
-    'table.cushion.friction': Published(
+    'contacts.ball_table.friction': PublishedRange(0.15, 0.4, PROPERTIES),
+    'contacts.ball_ball.restitution': PublishedRange(0.92, 0.98, PROPERTIES),
+    'cloth.sliding_friction': PublishedRange(0.15, 0.4, PROPERTIES),
+    'cloth.rolling_resistance': PublishedRange(0.005, 0.015, PROPERTIES),
+    'cloth.rolling_rise': PublishedRange(0.0, 0.0017, RECORDED),
+    'cloth.spin_deceleration': PublishedRange(5.0, 15.0, PROPERTIES),
+    'table.cushion.restitution': PublishedRange(0.6, 0.98, CUSHION_SOURCE),
+    'table.cushion.friction': PublishedRange(
         0.14, 0.2, f'{CUSHION_SOURCE}; Han, J. Mech. Sci. Technol. 19 (2005)'
     ),
-    'table.cushion.height': Published(0.625, 0.645, EQUIPMENT),
-    'table.corner.mouth': Published(4.5 * INCH, 4.625 * INCH, EQUIPMENT),
-    'table.corner.cut_deg': Published(141.0, 143.0, EQUIPMENT),
-    'table.corner.shelf': Published(1.0 * INCH, 2.25 * INCH, EQUIPMENT),
-    'table.side.mouth': Published(5.0 * INCH, 5.125 * INCH, EQUIPMENT),
-    'table.side.cut_deg': Published(103.0, 105.0, EQUIPMENT),
-    'table.side.shelf': Published(0.0, 0.375 * INCH, EQUIPMENT),
+    'table.cushion.height': PublishedRange(0.625, 0.645, EQUIPMENT),
+    'table.corner.mouth': PublishedRange(4.5 * INCH, 4.625 * INCH, EQUIPMENT),
+    'table.corner.cut_deg': PublishedRange(141.0, 143.0, EQUIPMENT),
+    'table.corner.shelf': PublishedRange(1.0 * INCH, 2.25 * INCH, EQUIPMENT),
+    'table.side.mouth': PublishedRange(5.0 * INCH, 5.125 * INCH, EQUIPMENT),
+    'table.side.cut_deg': PublishedRange(103.0, 105.0, EQUIPMENT),
+    'table.side.shelf': PublishedRange(0.0, 0.375 * INCH, EQUIPMENT),
 }
 
 
@@ -308,7 +312,9 @@ def _exponents_of_a_ratio(scene: Any) -> Iterator[Mistake]:
     """Mistakes of contacts whose stiffnesses are a ratio, but not one of the same springs."""
     for name in ('cue_ball', 'ball_table'):
         contact = getattr(scene.contacts, name)
-        other = not isinstance(contact.exponent, Derived) and contact.exponent != scene.exponent
+        other = (
+            not isinstance(contact.exponent, DerivedNumber) and contact.exponent != scene.exponent
+        )
         if other and contact.stiffness is not None:
             yield Mistake(
                 ('contacts', name, 'exponent'),
@@ -374,13 +380,13 @@ class Scene(Shown):
         if rack and self.table:
             balls = {**self.balls, **racked(rack, self.table, self.ball.radius)}
             object.__setattr__(self, 'balls', balls)
-        if isinstance(self.cloth.sliding_friction, Derived):
+        if isinstance(self.cloth.sliding_friction, DerivedNumber):
             cloth = fill_in(self.cloth, sliding_friction=self.contacts.ball_table.friction)
             object.__setattr__(self, 'cloth', cloth)
         own = {
             name: fill_in(contact, exponent=self.exponent)
             for name in ('cue_ball', 'ball_table')
-            if isinstance((contact := getattr(self.contacts, name)).exponent, Derived)
+            if isinstance((contact := getattr(self.contacts, name)).exponent, DerivedNumber)
         }
         object.__setattr__(self, 'contacts', replace(self.contacts, **own))
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from billiard_shot.impact.options import ENERGETIC
 from billiard_shot.notebook import Shown
-from billiard_shot.records import Array, OBJECTS, Triple
+from billiard_shot.records import Array, column, OBJECTS, Triple
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL, no_place
 from billiard_shot.shot.effects import model_of
@@ -22,7 +22,7 @@ from billiard_shot.table.model.motion import BallStart
 from billiard_shot.table.run.effects import table_on
 from billiard_shot.table.run.layout import ENDLESS, lay_out, table_of
 from billiard_shot.table.run.results import count_in_words
-from billiard_shot.table.run.simulate import batch_of, TableBatch
+from billiard_shot.table.run.simulate import TableBatch
 from billiard_shot.table.run.states import ball_starts, TableStates
 from billiard_shot.table.run.task import BatchRecording, in_threads, joined, run_tables, TableTask
 from billiard_shot.table.strike.placement import (
@@ -227,16 +227,38 @@ def _end(model: StrikeModel, normal: Array, velocity: Array, tolerance: float) -
 
 @dataclass(frozen=True, eq=False, repr=False)
 class StrokeBatch(TableBatch, Shown):
-    """n strokes that were played, and what came of them on n tables; ball 0 is the cue ball."""
+    """
+    n strokes that were played, and what came of them on n tables; ball 0 is the cue ball.
+
+    Attributes
+    ----------
+    scene : Scene
+    velocity, spin : (n, 3) float arrays
+        Of the cue ball at the end of the strike [m/s], [rad/s].
+    cue_speed : (n,) float array
+        Along the stroke [m/s].
+    evaluations : (n,) int array
+        Steps of the impact; 0: it is not solved, but mapped.
+    error_estimate : (n,) float array
+        [m]; 0 if it is not estimated.
+    chatter : (n,) bool array
+        The tip touched the ball again, see `Shot.chatter`.
+
+    """
 
     scene: Scene
-    velocity: NDArray[np.float64]  # (n, 3) m/s, of the cue ball at the end of the strike
-    spin: NDArray[np.float64]  # (n, 3) rad/s
-    cue_speed: NDArray[np.float64]  # (n,) m/s along the stroke
-    dissipated: NDArray[np.float64]  # (n, 2, 2) J: contact; restitution, friction
-    evaluations: NDArray[np.int64]  # (n,) steps of the impact; 0: it is not solved, but mapped
-    error_estimate: NDArray[np.float64]  # (n,) m; 0 if it is not estimated
-    chatter: NDArray[np.bool_]  # (n,) the tip touched the ball again, see `Shot.chatter`
+    velocity = column('played.cues', 'velocity')
+    spin = column('played.cues', 'spin')
+    cue_speed = column('played.cues', 'speed')
+    evaluations = column('played.cues', 'steps')
+    error_estimate = column('played.tables', 'error')
+    chatter = column('played.cues', 'chatter')
+
+    @property
+    def dissipated(self) -> NDArray[np.float64]:
+        """Energy lost (n, 2, 2) [J], by contact: to restitution, to friction."""
+        losses: NDArray[np.float64] = self.played.cues['losses'].reshape(-1, 2, 2)
+        return losses
 
     @property
     def refused(self) -> NDArray[np.bool_]:
@@ -264,22 +286,6 @@ class StrokeBatch(TableBatch, Shown):
         names = 'cue_speed', 'duration', 'error_estimate', 'chatter'
         own = {'status': status} | vectors | {name: getattr(self, name) for name in names}
         return own | super().columns()
-
-
-def stroke_batch(scene: Scene, names: tuple[str, ...], played: BatchRecording) -> StrokeBatch:
-    """Return strokes that were played, on tables whose balls have these names."""
-    cues = played.cues
-    return StrokeBatch(
-        **vars(batch_of(played, names)),
-        scene=scene,
-        velocity=cues['velocity'],
-        spin=cues['spin'],
-        cue_speed=cues['speed'],
-        dissipated=cues['losses'].reshape(-1, 2, 2),
-        evaluations=cues['steps'],
-        error_estimate=played.error,
-        chatter=cues['chatter'],
-    )
 
 
 def play(
@@ -325,9 +331,9 @@ def play(
             run_tables, prepared, normals[rows], velocities[rows], some, accuracy, mapped=maps
         )
 
-    parts = in_threads(play_part, count, workers) or [play_part(slice(0, 0))]
+    parts = in_threads(play_part, count, workers)
     names = prepared.names if tables is None else tables.names
-    return stroke_batch(scene, names, joined(parts))
+    return StrokeBatch(names, joined(parts), scene)
 
 
 def play_by(

@@ -421,7 +421,6 @@ class Shot(Shown, Tabular):
         return ShotContext(
             self.scene,
             self.velocity,
-            self.spin,
             self.run,
             bool(self._cue['others']),
             self.stroke,

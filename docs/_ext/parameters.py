@@ -67,13 +67,13 @@ def _rows(kind: Any) -> Iterator[str]:
     """Yield a row for each field of a dataclass of parameters."""
     fields = import_module('billiard_shot.scene.fields')
     parameters = import_module('billiard_shot.ros.parameters')
-    words, defaults = parameters.descriptions(kind), kind()
+    words, defaults = fields.descriptions(kind), kind()
     for each in dataclasses.fields(kind):
         star = '*' if parameters.is_read_only(kind, each.name) else ''
         bounds = each.metadata.get(fields.NUMBER) or each.metadata.get(fields.WHOLE)
         yield (
             f'| `{each.name}`{star} | {_value(getattr(defaults, each.name))} | '
-            f'{_range(bounds) if bounds else ""} | {words[each.name]} |'
+            f'{_range(bounds) if bounds else ""} | {words[each.name].text} |'
         )
 
 

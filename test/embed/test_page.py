@@ -84,7 +84,7 @@ def played(scene, tables, offsets):
         for rows in (found.balls, found.tables, found.cues, found.segments, events, members):
             made.update(rows.tobytes())
         digests.append(made.hexdigest())
-        statuses.add(int(found.status[0]))
+        statuses.add(int(found.tables['status'][0]))
     return digests, statuses
 
 

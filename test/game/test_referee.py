@@ -114,7 +114,7 @@ def test_the_cue_ball_is_placed_by_the_rules():
 
 
 def test_an_unknown_game_is_refused():
-    with pytest.raises(ValueError, match='eight_ball, nine_ball, practice'):
+    with pytest.raises(ValueError, match='eight_ball, eight_ball_ghost, nine_ball, '):
         find_game('snooker')
     with pytest.raises(ValueError, match='is not a module with GAME'):
         find_game('json.decoder')

@@ -324,7 +324,7 @@ def test_frames_of_the_slow_check_are_orthonormal():
 def test_energy_without_an_account_is_noticed(kept, gap):
     contact = ContactState()
     contact.velocity[0] = 0.5  # met at 1: the impulse 1 took away 0.25
-    contact.impulse = 1.0
+    contact.impulse[0] = 1.0
     contact.restitution_loss = kept
     ws = workspace(OBJECTS, 1, TABLEAUS[OBJECTS])
     ws.vector[2][0] = -2.0  # the velocity before

@@ -362,7 +362,7 @@ def test_ctrl_c_ends_it_also_during_a_search():
 @pytest.mark.parametrize(
     ('options', 'why'),
     [
-        (['--port', '65536'], '--port must be 0 to 65535, got 65536'),
+        (['--port', '65536'], '--port must be a whole number, at most 65535, got 65536'),
         (['-o', 'table.html'], '--output must not be given together with --plan'),
         (['--site', 'https://host/'], '--site must not be given together with --plan'),
     ],

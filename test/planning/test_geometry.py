@@ -140,6 +140,13 @@ def test_curves_end_when_the_search_does_or_enough_are_found():
     assert ENOUGH <= len(curved(most=10_000)) < ENOUGH + CURVES_AT_ONCE
 
 
+def test_curves_leave_time_to_the_trials_of_those_that_are_found(monkeypatch):
+    """On a busy machine curves took all the time, and no stroke was tried."""
+    every = curved()
+    monkeypatch.setattr(Runner, 'has_used', lambda self, share: True)
+    assert 0 < len(curved()) < 0.5 * len(every)
+
+
 def test_errors_have_the_noise_that_was_asked_for():
     problem = problem_in(SCENE, {'pot': '8'})
     assert problem.sigmas == pytest.approx(

@@ -115,7 +115,7 @@ def test_pictures(target, tmp_path, capsys):
         (
             ['blocked', '--pot', '8', '--noise-scale', '-1'],
             2,
-            '--noise-scale must be at least 0, got -1',
+            '--noise-scale must be a finite number at least 0, got -1',
         ),
         (
             ['blocked', '--pot', '8', '--azimuth-half-range-deg', '-1'],

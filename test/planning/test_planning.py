@@ -15,6 +15,7 @@ from billiard_shot import plan, predict, predict_batch, Scene, Status, Stroke
 from billiard_shot.planning.plan import AS_GOOD
 from billiard_shot.planning.problem import limits_of, problem_of, raise_for_clearance
 from billiard_shot.planning.runner import CHUNK, evaluate_strokes, LARGEST_CHUNK, Runner
+from billiard_shot.planning.search import LEAST_TRIALS
 from billiard_shot.planning.stages import GOOD, KINDS, next_stage
 from billiard_shot.planning.statistics import (
     chance_in_words,
@@ -456,6 +457,15 @@ def test_a_search_that_ends_early_says_what_it_did_not_try():
     assert 'not tried' not in plan(SCENE, {'hit': '8'}, budget=3000).message
 
 
+def test_a_few_samples_do_not_move_a_stroke_that_has_succeeded():
+    """All four samples of 27 strokes that reached the target missed it, and all were moved."""
+    scene = table_with(cue=(-0.31035625, -0.1010708333333333), b8=(0.5, 0.2))
+    for seed in (2, 29):
+        best = plan(scene, {'pot': '8'}, budget=500, seed=seed).best
+        assert best is not None
+        assert best.interval[0] > 0.5
+
+
 def test_a_wide_interval_is_not_converged():
     for budget in (200, 4000):
         result = plan('blocked', {'pot': '8'}, budget=budget)
@@ -552,6 +562,8 @@ def test_strokes_that_take_long_do_not_outlast_the_time():
     done = len(runner.evaluate(strokes, exact=True).success)
     assert 0 < done < len(strokes)
     assert runner.left == 0
+    runner.granted = LEAST_TRIALS  # of a best stroke, although the time is up
+    assert LEAST_TRIALS <= len(runner.evaluate(strokes, exact=True).success) < 2 * CHUNK
 
 
 def test_a_stroke_that_does_wrong_without_errors_says_so():

@@ -19,13 +19,10 @@ from geometry_msgs.msg import Point
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 import numpy as np
-from rcl_interfaces.msg import Parameter, ParameterValue
-from rcl_interfaces.srv import ListParameters, SetParameters
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Bool, Header
 from waiting import PATIENCE, PatientCaller, spin_until
 
-from billiard_shot import Stroke
 from billiard_shot.cue.mechanism import JOINTS
 from billiard_shot.cue.plan import GoalOutcome
 from billiard_shot.cue.safety import SafetyState
@@ -217,19 +214,6 @@ def test_refused_by_name(cell):
         found, message = changed(change)
         assert found is wanted
         assert words in message
-    fast = Stroke.from_offsets(a=0.0, b=0.0, elevation=0.1, azimuth=0.0, speed=6.5)
-    steep = Stroke.from_offsets(a=0.0, b=0.0, elevation=1.3, azimuth=0.0, speed=1.0)
-    assert outcome(cell.goal('fast', fast)) == (
-        GoalOutcome.SPEED_OUT_OF_LIMITS,
-        'stroke.speed: 6.5 m/s is 0.5 m/s above the limit of 6 m/s',
-    )
-    assert outcome(cell.goal('steep', steep))[0] is GoalOutcome.ELEVATION_OUT_OF_LIMITS
-    moved = cell.goal('moved')
-    before = cell.goal('before it')
-    cell.player.execute(before)
-    cell.player.wait_for_rest()
-    assert outcome(moved)[0] is GoalOutcome.TABLE_DIFFERS
-    assert outcome(before)[0] is GoalOutcome.ALREADY_PLAYED
 
 
 def test_busy_and_cancel(cell):
@@ -244,13 +228,7 @@ def test_busy_and_cancel(cell):
     assert ended.result().status == GoalStatus.STATUS_CANCELED
     assert ended.result().result.outcome == GoalOutcome.CANCELED
     cell.reach(SafetyState.DISARMED)
-    assert not cell.arm().success
-
-
-def test_arm_is_refused_with_the_reason(cell):
-    answer = cell.arm()
-    assert not answer.success
-    assert answer.message == 'arm: not possible in state DISARMED, only in AIMED'
+    assert cell.arm().message == 'arm: not possible in state DISARMED, only in AIMED'
 
 
 def test_estop_stops_latches_and_clears(cell):
@@ -267,15 +245,6 @@ def test_estop_stops_latches_and_clears(cell):
     assert 'estop: is true' in cell.call('cue_driver/clear_fault').message
     cell.player.safety_inputs_on = True
     assert cell.player.until(lambda: cell.call('cue_driver/clear_fault').success, PATIENCE)
-
-
-def test_silence_stops(cell):
-    cell.begin(cell.goal('silence'))
-    cell.reach(SafetyState.AIMING)
-    cell.player.safety_inputs_on = False
-    cell.reach(SafetyState.ESTOP)
-    assert 'estop: no message for' in cell.player.states[-1].reason
-    cell.stands_still()
 
 
 def test_deactivate_disarms(cell):
@@ -306,51 +275,6 @@ def test_deactivate_disarms(cell):
     assert cell.player.execute(cell.goal('anew')).result.outcome == GoalOutcome.OK
 
 
-def test_a_goal_has_a_result_if_the_node_is_cleaned_up_at_once(cell):
-    """Before, the action was withdrawn before it had sent the result."""
-    change = PatientCaller(cell.player, ChangeState, f'{SPACE}/cue_driver/change_state')
-    cell.wait_for_services(change)
-    ended = cell.begin(cell.goal('cleaned up'))
-    cell.reach(SafetyState.AIMING)
-    answers = [
-        change.client.call_async(ChangeState.Request(transition=Transition(id=number)))
-        for number in (
-            Transition.TRANSITION_DEACTIVATE,
-            Transition.TRANSITION_CLEANUP,
-            Transition.TRANSITION_CONFIGURE,
-            Transition.TRANSITION_ACTIVATE,
-        )
-    ]
-    assert cell.player.until(ended.done, PATIENCE)
-    assert ended.result().result.outcome == GoalOutcome.DISARMED
-    assert cell.player.until(lambda: all(each.done() for each in answers), PATIENCE)
-    assert all(each.result().success for each in answers)
-    cell.reach(SafetyState.DISARMED)
-
-
-def test_a_late_brake_is_a_fault(cell):
-    put = PatientCaller(cell.player, SetParameters, f'{SPACE}/cue_sim/set_parameters')
-    cell.wait_for_services(put)
-
-    def late_brake(seconds):
-        value = ParameterValue(type=3, double_value=seconds)
-        answer = put.call(
-            SetParameters.Request(parameters=[Parameter(name='late_brake', value=value)]),
-            repeatable=True,
-        )
-        return answer.results[0].successful
-
-    assert not late_brake(-1.0)
-    assert late_brake(0.1)
-    response = cell.player.execute(cell.goal('late'))
-    assert late_brake(0.0)
-    assert response.result.outcome == GoalOutcome.FAULT
-    assert 'the brake was late' in response.result.message
-    assert response.result.struck
-    cell.stands_still()
-    cell.player.wait_for_rest()
-
-
 def begin_and_reach(cell, name, state):
     """Begin a shot, and wait until a joint moves in the state."""
     cell.begin(cell.goal(name))
@@ -362,17 +286,22 @@ def begin_and_reach(cell, name, state):
         cell.reach(state)
 
 
-@pytest.mark.parametrize('state', [SafetyState.AIMING, SafetyState.FIRING, SafetyState.RETRACTING])
-def test_a_killed_driver_leaves_the_mechanism_stopped(cell, state):
-    begin_and_reach(cell, f'killed {state.name}', state)
+def test_a_killed_driver_leaves_the_mechanism_stopped(cell):
+    begin_and_reach(cell, 'killed', SafetyState.FIRING)
     cell.processes['cue_driver'].kill()
     cell.stands_still()
     cell.player.wait_for_rest()
     restart_driver(cell)
 
 
-@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM], ids=['SIGINT', 'SIGTERM'])
-@pytest.mark.parametrize('state', [SafetyState.AIMING, SafetyState.FIRING, SafetyState.RETRACTING])
+@pytest.mark.parametrize(
+    ('state', 'number'),
+    [
+        (SafetyState.AIMING, signal.SIGINT),
+        (SafetyState.FIRING, signal.SIGTERM),
+        (SafetyState.RETRACTING, signal.SIGINT),
+    ],
+)
 def test_a_driver_that_a_signal_ends_stops_the_mechanism(cell, state, number):
     """Before, no stop was sent, and joints moved on until the time-out of the mechanism."""
     begin_and_reach(cell, f'ended {state.name} {number}', state)
@@ -427,21 +356,6 @@ def test_the_mechanism_waits_for_no_clock(launch_once, node):
     assert joints[-1].header.stamp == Time()
 
 
-@pytest.mark.parametrize('name', ['cue_sim', 'table_sim'])
-@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
-def test_signals_end_a_node_with_exit_code_0(launch, node, name, number):
-    space = f'/end_{name}_{number}'
-    process = launch(name, '-r', f'__ns:={space}')
-    client = PatientCaller(node, ListParameters, f'{space}/{name}/list_parameters')
-    assert client.wait_for_service()
-    client.call(ListParameters.Request(), repeatable=True)
-
-    process.send_signal(number)
-    said, _ = process.communicate(timeout=PATIENCE)
-    assert process.returncode == 0, said
-    assert 'Traceback' not in said
-
-
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
 def test_a_driver_that_has_ended_is_no_rival(launch, node, number, long_lease):
     """
@@ -480,21 +394,3 @@ def long_lease(domain, monkeypatch, tmp_path):
     lease = '<leaseDuration><sec>3600</sec></leaseDuration>'
     (tmp_path / 'fastdds.xml').write_text(profile.replace(begin, begin + lease))
     monkeypatch.setenv('FASTDDS_DEFAULT_PROFILES_FILE', str(tmp_path / 'fastdds.xml'))
-
-
-@pytest.mark.parametrize(
-    ('name', 'setting', 'words'),
-    [
-        ('cue_driver', 'scene:=pool', 'scene must be one with a guided cue'),
-        ('cue_driver', 'settle_time:=9.0', 'settle_time must be below arm_timeout'),
-        ('cue_sim', 'command_loss_rate:=2.0', 'command_loss_rate'),
-        ('table_sim', 'real_time_factor:=0.0', 'real_time_factor'),
-        ('table_tracker', 'window:=many', 'window'),
-    ],
-)
-def test_bad_parameter_is_a_clear_start_up_error(launch, name, setting, words):
-    process = launch(name, '-p', setting)
-    said, _ = process.communicate(timeout=PATIENCE)
-    assert process.returncode == 1
-    assert words in said
-    assert 'Traceback' not in said

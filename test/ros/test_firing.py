@@ -281,14 +281,14 @@ def test_exit_codes_and_messages(shell, arguments, code, words):
         (player, '--speed 0', 'speed must be above 0, got 0.0'),
         (player, '--speed fast', "'fast'"),
         (player, '--speed 1 --scene no_such_scene', 'no_such_scene'),
-        (player, '--speed 1 --valid-for -1', 'must be above 0'),
+        (player, '--speed 1 --valid-for -1', '--valid-for must be a finite number above 0'),
         (player, "'{rest: 3}'", 'rest must be two finite numbers, (x, y), got 3'),
         (player, "'{rest: ['", 'TARGET'),
         (player, '--speed 1 --serve', '--serve must not be given together with a stroke'),
         (
             player,
             "'{rest: [0, 0]}' --budget -1",
-            'must be above 0 and at most 4294967295',
+            '--budget must be a whole number, at least 1, got -1',
         ),
     ],
 )

@@ -10,20 +10,29 @@ import pytest
 
 pytest.importorskip('billiard_shot_msgs', reason='needs ROS 2')
 
-from billiard_shot_msgs.srv import PredictShot
 from rcl_interfaces.msg import Parameter as ParameterMessage
 from rcl_interfaces.msg import ParameterValue
-from rcl_interfaces.srv import DescribeParameters, SetParameters
+from rcl_interfaces.srv import DescribeParameters, ListParameters, SetParameters
 from waiting import PATIENCE, PatientCaller
 
 from billiard_shot.ros.predictor import PredictorParameters
 
 
-@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
-def test_signals_end_it_with_exit_code_0(start, node, number):
-    process = start('-r', f'__ns:=/end_{number}')
-    client = PatientCaller(node, PredictShot, f'/end_{number}/predict_shot')
+@pytest.mark.parametrize(
+    ('name', 'number'),
+    [
+        ('predictor', signal.SIGINT),
+        ('predictor', signal.SIGTERM),
+        ('cue_sim', signal.SIGINT),
+        ('table_sim', signal.SIGTERM),
+    ],
+)
+def test_signals_end_a_node_with_exit_code_0(launch, node, name, number):
+    space = f'/end_{name}_{number}'
+    process = launch(name, '-r', f'__ns:={space}')
+    client = PatientCaller(node, ListParameters, f'{space}/{name}/list_parameters')
     assert client.wait_for_service()
+    client.call(ListParameters.Request(), repeatable=True)
     process.send_signal(number)
     said, _ = process.communicate(timeout=PATIENCE)
     assert process.returncode == 0, said
@@ -131,11 +140,23 @@ def test_a_signal_ends_a_node_whose_callback_does_not_return():
     assert 'stuck: a callback has not returned 0.5 s after a signal' in said_by(STUCK, code=1)
 
 
-def test_bad_parameter_is_a_clear_start_up_error(start):
-    process = start('-p', 'scene:=no_such_scene')
+@pytest.mark.parametrize(
+    ('name', 'setting', 'words'),
+    [
+        ('predictor', 'scene:=no_such_scene', 'no_such_scene'),
+        ('cue_driver', 'scene:=pool', 'scene must be one with a guided cue'),
+        ('cue_driver', 'settle_time:=9.0', 'settle_time must be below arm_timeout'),
+        ('cue_driver', 'joint_states_timeout:=0.05', 'at least four times the period'),
+        ('cue_sim', 'command_loss_rate:=2.0', 'command_loss_rate'),
+        ('table_sim', 'real_time_factor:=0.0', 'real_time_factor'),
+        ('table_tracker', 'window:=many', 'window'),
+    ],
+)
+def test_bad_parameter_is_a_clear_start_up_error(launch, name, setting, words):
+    process = launch(name, '-p', setting)
     said, _ = process.communicate(timeout=PATIENCE)
     assert process.returncode == 1
-    assert 'no_such_scene' in said
+    assert words in said
     assert 'Traceback' not in said
 
 
@@ -176,21 +197,6 @@ def test_a_bad_file_of_parameters_is_refused_in_a_line(start, tmp_path, text, wo
     own = [line for line in said.splitlines() if '[rcl]' not in line]  # rcl logs a line itself
     assert len(own) == 1, said
     assert words in own[0]
-
-
-def test_unknown_law_in_a_scene_file_is_a_clear_start_up_error(start, tmp_path):
-    from billiard_shot.scene.files import scene_path
-
-    text = scene_path('paper').read_text()
-    assert 'law: energetic' in text
-    scene = tmp_path / 'scene.yaml'
-    scene.write_text(text.replace('law: energetic', 'law: wishful'))
-    process = start('-p', f'scene:={scene}')
-    said, _ = process.communicate(timeout=PATIENCE)
-    assert process.returncode == 1
-    assert 'law' in said
-    assert 'wishful' in said
-    assert 'Traceback' not in said
 
 
 def test_parameters_are_described_and_checked_when_set(ask, node):

@@ -1,7 +1,5 @@
-"""Asking a service that does not answer."""
+"""How a client waits for nodes and answers."""
 
-from functools import partial
-import math
 import threading
 
 import pytest
@@ -11,27 +9,9 @@ pytest.importorskip('billiard_shot_msgs', reason='needs ROS 2')
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from std_srvs.srv import Trigger
-import waiting
-from waiting import PATIENCE, PatientCaller
+from waiting import PATIENCE
 
 from billiard_shot.ros.client import NotReadyError, RobotClient
-
-
-class Stand:
-    """Node in which clients of the service `late` stand in for real ones."""
-
-    def __init__(self, node, *stand_ins):
-        self.node, self.stand_ins = node, list(stand_ins)
-
-    def create_client(self, kind, name, **options):
-        client = self.node.create_client(kind, name, **options)
-        return self.stand_ins.pop(0)(client) if self.stand_ins else client
-
-    def destroy_client(self, client):
-        self.node.destroy_client(getattr(client, 'real', client))
-
-    def __getattr__(self, name):
-        return getattr(self.node, name)
 
 
 class AskedTooEarly:
@@ -52,22 +32,6 @@ class AskedTooEarly:
         return getattr(self.real, name)
 
 
-class NeverDiscovered:
-    """Client whose requests get no answer, because the server never learns of the client."""
-
-    def __init__(self, real):
-        self.real = real
-
-    def call_async(self, request):
-        return rclpy.Future()
-
-    def remove_pending_request(self, future):
-        pass
-
-    def __getattr__(self, name):
-        return getattr(self.real, name)
-
-
 @pytest.fixture
 def come_up():
     """Function that starts the server of `late`."""
@@ -83,41 +47,6 @@ def come_up():
     executor.shutdown()
     thread.join()
     server.destroy_node()
-
-
-def test_a_lost_request_is_sent_again_if_it_is_repeatable(node, come_up):
-    stand = Stand(node, partial(AskedTooEarly, come_up))
-    late = PatientCaller(stand, Trigger, 'late')
-    answer = late.call(Trigger.Request(), timeout=PATIENCE, repeatable=True)
-    assert isinstance(answer, Trigger.Response)
-    assert late.client.requests > 1
-    stand.destroy_client(late.client)
-
-
-def test_other_requests_are_sent_once(node, come_up):
-    stand = Stand(node, partial(AskedTooEarly, come_up))
-    late = PatientCaller(stand, Trigger, 'late')
-    with pytest.raises(TimeoutError, match='no answer from /late'):
-        late.call(Trigger.Request(), timeout=1.0)
-    assert late.client.requests == 1
-    stand.destroy_client(late.client)
-
-
-def test_a_new_client_replaces_one_that_the_server_never_discovers(node, come_up, monkeypatch):
-    monkeypatch.setattr(waiting, 'RETRY_PERIOD', 0.5)
-    monkeypatch.setattr(waiting, 'RENEWAL_PERIOD', 2.0)
-    come_up()
-    clients = len(list(node.clients))
-    stand = Stand(node, NeverDiscovered)
-    late = PatientCaller(stand, Trigger, 'late')
-    answer = late.call(Trigger.Request(), timeout=PATIENCE, repeatable=True)
-    assert isinstance(answer, Trigger.Response)
-    assert len(list(node.clients)) == clients + 1
-    # Later calls must not wait for the first client again.
-    monkeypatch.setattr(waiting, 'RENEWAL_PERIOD', math.inf)
-    assert isinstance(late.call(Trigger.Request(), PATIENCE, repeatable=True), Trigger.Response)
-    stand.destroy_client(late.client)
-    assert len(list(node.clients)) == clients
 
 
 def test_a_request_of_a_client_that_may_be_repeated_is_sent_again(node, come_up):

@@ -10,9 +10,10 @@ from billiard_shot import effects_of, predict, Scene, sensitivity_of, Status, St
 from billiard_shot.scene import Effects, Noise
 from billiard_shot.scene.files import scene_names
 from billiard_shot.shot.effects import GATES, STRIKE_GATES
-from billiard_shot.shot.strike_model import strike_model
+from billiard_shot.shot.strike_model import strike_model, StrikeModel
 from billiard_shot.study import steps
-from billiard_shot.table.run.effects import TABLE_GATES
+from billiard_shot.table.model.geometry import BallClothParams, TableParams
+from billiard_shot.table.run.effects import apply_overrides, TABLE_GATES
 from billiard_shot.table.run.layout import table_params
 from billiard_shot.table.run.results import EventKind
 
@@ -270,9 +271,21 @@ def test_what_is_forced_off_changes_the_numbers_of_one_thing():
     table = [strike[0].surface, table_params(Scene.load('pool_table'))]
     for gates, numbers in ((STRIKE_GATES, strike), (TABLE_GATES, table)):
         for gate in gates:
-            changed = [repr(gate.apply(each, 'off')) != repr(each) for each in numbers]
+            off, auto = (Effects(**{gate.name: setting}) for setting in ('off', 'auto'))
+            changed = [repr(apply_overrides(each, [gate], off)) != repr(each) for each in numbers]
             assert sum(changed) == 1
-            assert all(repr(gate.apply(each, 'auto')) == repr(each) for each in numbers)
+            assert [apply_overrides(each, [gate], auto) for each in numbers] == numbers
+
+
+def test_effects_change_only_numbers_that_there_are():
+    """A misspelt name would change nothing, without a word."""
+    for gates, kinds in (
+        (STRIKE_GATES, [StrikeModel]),
+        (TABLE_GATES, [BallClothParams, TableParams]),
+    ):
+        names = {name for kind in kinds for name in kind._fields}
+        for gate in gates:
+            assert {*gate.off, *(gate.on or {})} <= names
 
 
 def test_nothing_was_simulated_in_a_refused_stroke():

@@ -33,7 +33,10 @@ def test_the_command_prints_a_line_for_each_tolerance(capsys, tmp_path):
 
 @pytest.mark.parametrize(
     ('words', 'text'),
-    [(['papre'], 'scene must be one of '), (['--count', '0'], '--count must be at least 1')],
+    [
+        (['papre'], 'scene must be one of '),
+        (['--count', '0'], '--count must be a whole number, at least 1'),
+    ],
 )
 def test_wrong_input(words, text, capsys):
     assert main(['study', 'accuracy', *words]) == 2

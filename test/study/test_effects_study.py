@@ -122,7 +122,7 @@ def test_command_for_strokes_and_for_a_scene(capsys):
     [
         (['papre'], 'scene must be one of '),
         (['pool', '--scene', 'paper'], '--scene must not be given together with scene pool'),
-        (['pool', '--count', '0'], '--count must be at least 1, got 0'),
+        (['pool', '--count', '0'], '--count must be a whole number, at least 1, got 0'),
         (['pool', '--a', '0.9', '--b', '0.9', '--speed', '1'], 'none of them can be played'),
         ([str(STROKES), '--speed', '1'], '--strokes must not be given together with'),
     ],

@@ -46,9 +46,9 @@ def test_han_is_for_balls_on_the_cloth():
     assert hit.position[2] > R
     found, expected = (after(run, 'cue', EventKind.CUSHION).velocity for run in (one, other))
     assert found == pytest.approx(expected)
-    context = EffectContext(HAN, ball.velocity, ball.spin, one, False)
+    context = EffectContext(HAN, ball.velocity, one, False)
     cushion = next(gate for gate in TABLE_GATES if gate.name == 'cushion')
-    assert '1 in the air, where `han` does not hold' in cushion.evaluate(context).reason
+    assert '1 in the air, where `han` does not hold' in cushion.evaluate(context)[1]
 
 
 @pytest.mark.parametrize('model', ['mathavan', 'han'])

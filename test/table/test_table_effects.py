@@ -8,10 +8,8 @@ from tables import after, ENDLESS, play, POOL, R, random_states, rolling, scene_
 
 from billiard_shot.scene import Effects
 from billiard_shot.status import Status
-from billiard_shot.table.model.geometry import BallClothParams, TableParams
 from billiard_shot.table.run.effects import (
     AUTO,
-    check_overrides,
     EffectContext,
     report,
     TABLE_GATES,
@@ -31,7 +29,7 @@ def looks(scene, states, cue='cue'):
 
     def look(scene):
         run = simulate(scene, states)
-        return EffectContext(scene, states[cue].velocity, states[cue].spin, run, False)
+        return EffectContext(scene, states[cue].velocity, run, False)
 
     return look(scene), look
 
@@ -197,10 +195,3 @@ def test_batches_are_forced_alike():
 
 def test_every_effect_can_be_left_to_its_gate():
     assert all(getattr(Effects(), gate.name) == AUTO for gate in TABLE_GATES)
-
-
-def test_effects_change_only_numbers_that_there_are():
-    """Until they were checked, an effect with a misspelt name did nothing, without a word."""
-    check_overrides(TABLE_GATES, BallClothParams, TableParams)
-    with pytest.raises(TypeError, match='effect flight: off changes flight_gate, which is not'):
-        check_overrides(TABLE_GATES, TableParams)

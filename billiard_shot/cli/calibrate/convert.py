@@ -1,17 +1,32 @@
 """`billiard-shot calibrate convert`: a recording as CSV."""
 
 import argparse
+from dataclasses import dataclass
 from pathlib import Path
 
 from billiard_shot.calibration.reader import read_recording, write_csv
+from billiard_shot.cli.options import option, positional
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the files."""
-    parser.add_argument('recording', type=Path, metavar='FILE', help='recording (.json or .csv)')
-    parser.add_argument(
-        '-o', '--output', type=Path, required=True, metavar='FILE.csv', help='file to write'
-    )
+@dataclass(frozen=True)
+class OfFiles:
+    """
+    The files.
+
+    Parameters
+    ----------
+    recording : FILE
+        Recording (.json or .csv).
+    output : FILE.csv
+        File to write.
+
+    """
+
+    recording: Path = positional()
+    output: Path = option('-o', required=True)
+
+
+OPTIONS = (OfFiles(),)
 
 
 def run(options: argparse.Namespace) -> int:

@@ -1,6 +1,7 @@
 """`billiard-shot calibrate errors`: the errors of a player, from measured or watched strokes."""
 
 import argparse
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -8,36 +9,40 @@ import numpy as np
 from billiard_shot.calibration.player import errors_of, scale_of_errors
 from billiard_shot.calibration.reader import read_errors
 from billiard_shot.cli.calibrate.table import ESTIMATES, row_of
-from billiard_shot.cli.output import add_format_arguments, DONE, print_rows, wants_text
+from billiard_shot.cli.options import option, positional
+from billiard_shot.cli.output import DONE, OfFormat, print_rows, wants_text
 from billiard_shot.scene import Scene
 
 COLUMNS = tuple(column for column in ESTIMATES if column.key not in ('shots', 'converged'))
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add options for strokes, scene and output."""
-    parser.add_argument(
-        'files',
-        nargs='+',
-        type=Path,
-        metavar='STROKES.csv',
-        help='commanded and measured strokes, with columns such as speed,measured_speed; also '
-        'a, b (ball radii), elevation_deg, azimuth_deg',
-    )
-    parser.add_argument(
-        '--watched',
-        action='store_true',
-        help='the files are recordings of shots whose intention is not known: estimate the scale '
-        'of the errors of the scene',
-    )
-    parser.add_argument(
-        '--scene',
-        default='pool_table',
-        metavar='SCENE',
-        help='scene that gets these errors as its section noise (default: %(default)s)',
-    )
-    parser.add_argument('-o', '--output', type=Path, metavar='FILE.yaml', help='write the scene')
-    add_format_arguments(parser)
+@dataclass(frozen=True)
+class OfErrors:
+    """
+    The strokes and the scene.
+
+    Parameters
+    ----------
+    files : STROKES.csv
+        Commanded and measured strokes, with columns such as speed,measured_speed; also a, b (ball
+        radii), elevation_deg, azimuth_deg.
+    watched : bool
+        The files are recordings of shots whose intention is not known: estimate the scale of the
+        errors of the scene.
+    scene : SCENE
+        Scene that gets these errors as its section noise (default: %(default)s).
+    output : FILE.yaml
+        Write the scene.
+
+    """
+
+    files: list[Path] = positional('+')
+    watched: bool = False
+    scene: str = 'pool_table'
+    output: Path | None = option('-o')
+
+
+OPTIONS = OfErrors(), OfFormat()
 
 
 def run(options: argparse.Namespace) -> int:

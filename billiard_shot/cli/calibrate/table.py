@@ -1,6 +1,7 @@
 """`billiard-shot calibrate table`: a scene fitted to recorded shots of a table."""
 
 import argparse
+from dataclasses import dataclass
 import os
 from pathlib import Path
 import sys
@@ -8,16 +9,17 @@ from typing import Any
 
 from billiard_shot.calibration.calibrate import calibrate, HORIZON
 from billiard_shot.calibration.result import Calibration, checks_in_words
+from billiard_shot.cli.options import option, positional
 from billiard_shot.cli.output import (
-    add_format_arguments,
     Column,
     DONE,
     FAILED,
+    OfFormat,
     print_rows,
     reporting,
     wants_text,
 )
-from billiard_shot.cli.workers import add_work_arguments, working
+from billiard_shot.cli.workers import OfWork, working
 
 ESTIMATES = (
     Column('name', 'number'),
@@ -34,53 +36,50 @@ MOST_IGNORED = 10
 """How many reasons for what is ignored are printed."""
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add options for recordings, scene, output and work."""
-    parser.add_argument(
-        'recordings', nargs='+', type=Path, metavar='RECORDING', help='files .csv or .json'
-    )
-    parser.add_argument(
-        '--scene',
-        metavar='SCENE',
-        help='where the fit begins (default: the scene that the description FILE.yaml of the '
-        'first recording names)',
-    )
-    parser.add_argument(
-        '-o', '--output', type=Path, metavar='FILE.yaml', help='write the fitted scene'
-    )
-    parser.add_argument(
-        '--anyway', action='store_true', help='write it also if the fit did not converge'
-    )
-    parser.add_argument('--report', type=Path, metavar='FILE.html', help='write a page about it')
-    parser.add_argument(
-        '--fit',
-        nargs='+',
-        metavar='NAME',
-        help='numbers to be fitted, such as cloth.sliding_friction, or cloth for all of the cloth',
-    )
-    parser.add_argument(
-        '--held-out',
-        type=float,
-        default=0.25,
-        metavar='PART',
-        help='part of the shots that check the scene, and are not fitted (default: %(default)g)',
-    )
-    parser.add_argument(
-        '--horizon',
-        type=float,
-        default=HORIZON,
-        metavar='T',
-        help='time after the strike that counts for the fit, in s (default: %(default)g)',
-    )
-    parser.add_argument('--seed', type=int, default=1, metavar='S', help='of the searches')
-    parser.add_argument(
-        '--state',
-        type=Path,
-        metavar='FILE',
-        help='keep the state in this file; the same command goes on from it',
-    )
-    add_format_arguments(parser)
-    add_work_arguments(parser, os.cpu_count() or 1)
+@dataclass(frozen=True)
+class OfFit:
+    """
+    The recordings, the scene, and the fit.
+
+    Parameters
+    ----------
+    recordings : RECORDING
+        Files .csv or .json.
+    scene : SCENE
+        Where the fit begins (default: the scene that the description FILE.yaml of the first
+        recording names).
+    output : FILE.yaml
+        Write the fitted scene.
+    anyway : bool
+        Write it also if the fit did not converge.
+    report : FILE.html
+        Write a page about it.
+    fit : NAME
+        Numbers to be fitted, such as cloth.sliding_friction, or cloth for all of the cloth.
+    held_out : PART
+        Part of the shots that check the scene, and are not fitted (default: %(default)g).
+    horizon : T
+        Time after the strike that counts for the fit, in s (default: %(default)g).
+    seed : S
+        Of the searches.
+    state : FILE
+        Keep the state in this file; the same command goes on from it.
+
+    """
+
+    recordings: list[Path] = positional('+')
+    scene: str | None = None
+    output: Path | None = option('-o')
+    anyway: bool = False
+    report: Path | None = None
+    fit: list[str] | None = None
+    held_out: float = 0.25
+    horizon: float = HORIZON
+    seed: int = 1
+    state: Path | None = None
+
+
+OPTIONS = OfFit(), OfFormat(), OfWork(os.cpu_count() or 1)
 
 
 def run(options: argparse.Namespace) -> int:

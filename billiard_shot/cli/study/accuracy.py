@@ -1,20 +1,21 @@
 """`billiard-shot study accuracy`: error and cost of tolerances in a scene, to choose one."""
 
 import argparse
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from billiard_shot import Scene
 from billiard_shot.cli.output import (
-    add_format_arguments,
     Column,
+    OfFormat,
     print_footer,
     print_rows,
     progress,
     wants_text,
 )
-from billiard_shot.cli.shots import add_scene_argument, scene_name
+from billiard_shot.cli.shots import OfUsualScene, scene_name
 from billiard_shot.pictures.study import draw_accuracy
+from billiard_shot.scene.fields import whole_number
 from billiard_shot.study import cost_of_accuracy, SHOT_TOLERANCES, study_accuracy
 
 
@@ -41,26 +42,31 @@ TOLERANCE_COLUMNS = (
 )
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add options for the scene, the picture and the format."""
-    add_scene_argument(parser, 'eight_ball')
-    parser.add_argument('--picture', type=Path, metavar='FILE.png', help='draw errors and times')
-    parser.add_argument(
-        '--count',
-        type=int,
-        default=100,
-        metavar='N',
-        help='number of random strokes (default: %(default)d)',
-    )
-    add_format_arguments(parser)
+@dataclass(frozen=True)
+class OfStudy:
+    """
+    The picture, and the number of strokes.
+
+    Parameters
+    ----------
+    picture : FILE.png
+        Draw errors and times.
+    count : N
+        Number of random strokes (default: %(default)d).
+
+    """
+
+    picture: Path | None = None
+    count: int = whole_number(minimum=1, default=100)
+
+
+OPTIONS = OfUsualScene('eight_ball'), OfStudy(), OfFormat()
 
 
 def run(options: argparse.Namespace) -> int:
     """Measure, print, draw."""
     name = scene_name(options)
     scene = Scene.load(name)
-    if options.count < 1:
-        raise ValueError(f'--count must be at least 1, got {options.count}')
     studied = list(
         progress(study_accuracy(scene, count=options.count), 'accuracy', len(SHOT_TOLERANCES))
     )

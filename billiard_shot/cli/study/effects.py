@@ -1,53 +1,51 @@
 """`billiard-shot study effects`: cost and influence of each effect in a shot or a scene."""
 
 import argparse
+from dataclasses import dataclass
 import math
 from pathlib import Path
 from typing import Any
 
 from billiard_shot import Scene
+from billiard_shot.cli.options import option
 from billiard_shot.cli.output import (
-    add_format_arguments,
     Column,
+    OfFormat,
     print_footer,
     print_rows,
     reporting,
     wants_text,
 )
-from billiard_shot.cli.shots import add_scene_argument, scene_name
-from billiard_shot.cli.stroke_options import (
-    add_stroke_arguments,
-    strokes_from_options,
-    strokes_given,
-)
+from billiard_shot.cli.shots import OfUsualScene, scene_name
+from billiard_shot.cli.stroke_options import STROKE_OPTIONS, strokes_from_options, strokes_given
 from billiard_shot.pictures.study import draw_effects
+from billiard_shot.scene.fields import whole_number
 from billiard_shot.study import comparison_count, EffectStudy, sample_strokes, study_effects
 from billiard_shot.table.run.results import plural
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add options for scene, strokes and picture."""
-    add_scene_argument(parser, 'pool')
-    parser.add_argument(
-        '-t',
-        '--tolerance',
-        type=float,
-        default=1e-4,
-        metavar='M',
-        help='largest error of the trajectory, in metres (default: %(default)g)',
-    )
-    parser.add_argument(
-        '--count',
-        type=int,
-        default=12,
-        metavar='N',
-        help='number of sample strokes if no stroke is given (default: %(default)d)',
-    )
-    parser.add_argument(
-        '--picture', type=Path, metavar='FILE.png', help='draw the results as bars'
-    )
-    add_stroke_arguments(parser)
-    add_format_arguments(parser)
+@dataclass(frozen=True)
+class OfStudy:
+    """
+    Tolerance, number of strokes, and picture.
+
+    Parameters
+    ----------
+    tolerance : M
+        Largest error of the trajectory, in metres (default: %(default)g).
+    count : N
+        Number of sample strokes if no stroke is given (default: %(default)d).
+    picture : FILE.png
+        Draw the results as bars.
+
+    """
+
+    tolerance: float = option('-t', default=1e-4)
+    count: int = whole_number(minimum=1, default=12)
+    picture: Path | None = None
+
+
+OPTIONS = OfUsualScene('pool'), OfStudy(), *STROKE_OPTIONS, OfFormat()
 
 
 def run(options: argparse.Namespace) -> int:
@@ -57,11 +55,9 @@ def run(options: argparse.Namespace) -> int:
     if strokes_given(options):
         played = list(strokes_from_options(options, scene).values())
         about = f'scene {name}, {plural(len(played), "stroke")}'
-    elif options.count > 0:
+    else:
         played = sample_strokes(scene, options.count)
         about = f'scene {name}, {plural(len(played), "sample stroke")}'
-    else:
-        raise ValueError(f'--count must be at least 1, got {options.count}')
     with reporting('effects', comparison_count(played)) as report:
         studies = study_effects(scene, played, options.tolerance, report=report)
     if not studies[0].changes:

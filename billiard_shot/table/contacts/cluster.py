@@ -111,14 +111,14 @@ def solve_bodies(
             room.properties[:count],
             params.law,
             room.bodies[: impact.bodies],
-            moves,
-            interval,
-            swing,
             delassus=unused,
             velocity=unused[0],
-            distances=moves or swing > 0.0,
+            distances=moves,
             lengths=unused[0],
             tolerance=room.tolerance,
+            moves=moves,
+            interval=interval,
+            swing=swing,
             limits=limits,
         ),
         Scratch(work.contacts[:count], work.workspace, work.progress),
@@ -248,8 +248,7 @@ def first_partner(impact: ClusterImpact, room: ImpactWorkspace, member: int) -> 
         ball = room.members[other]
         if ball in (impact.ball, impact.other):
             return ball
-        push = result.impulse * result.impulse + result.impulse_1 * result.impulse_1
-        push += result.impulse_2 * result.impulse_2
+        push = dot(result.impulse, result.impulse)
         if push > most:
             found, most = ball, push
     return found

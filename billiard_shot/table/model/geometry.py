@@ -6,7 +6,7 @@ then the sides at y > 0 and y < 0. Each has two jaws, numbered 2 p and 2 p + 1: 
 off the end of a nose, and the facing that goes on from it into the pocket.
 """
 
-from math import gamma, pi, sqrt
+from math import gamma, inf, pi, sqrt
 from typing import NamedTuple
 
 from billiard_shot.compiled import inner
@@ -16,6 +16,7 @@ from billiard_shot.table.model.cue import CueParams
 GATE_AUTO, GATE_ON, GATE_OFF = 0, 1, 2
 
 Mouth = tuple[float, float, float, float, float]
+NO_MOUTH: Mouth = (1.0, 1.0, 0.0, 0.0, 0.0)
 
 
 class BallClothParams(NamedTuple):
@@ -33,43 +34,47 @@ class BallClothParams(NamedTuple):
     cloth_friction: float  # coefficient in a bounce
     law: int  # of restitution in clusters, see billiard_shot.impact.options
     exponent: float  # of the virtual springs
-    flight_gate: int  # GATE_AUTO, GATE_ON or GATE_OFF
+    flight_gate: int = GATE_AUTO  # GATE_AUTO, GATE_ON or GATE_OFF
     bounce_gate: int = GATE_AUTO  # or GATE_ON; off is a restitution of 0
 
 
 class TableParams(NamedTuple):
     """
-    A table, and how balls meet it and each other. Infinite length: there are no cushions.
+    A table, and how balls meet it and each other; by default cloth without end, for one ball.
 
-    Effects override fields by name, see table/effects. A mouth is its width [m], sine and cosine
-    of the turn from nose to facing, radius of the jaws [m], and setback [m]: how far along the
-    nose the jaw begins before the point where nose and facing would meet.
+    Infinite length: there are no cushions. Effects override fields by name, see table/effects. A
+    mouth is its width [m], sine and cosine of the turn from nose to facing, radius of the jaws
+    [m], and setback [m]: how far along the nose the jaw begins before the point where nose and
+    facing would meet.
     """
 
-    length: float  # m
-    width: float  # m
-    pockets: bool
-    cushion_model: int  # see cushion_models.py
-    cushion_restitution: float
-    cushion_friction: float
-    cushion_early_fading: float  # s/m, of the restitution, from low speeds on
-    cushion_fading: float  # s/m, of the restitution, at high speeds
-    cushion_frequency_ratio: float  # of the tangential spring to the normal one; 0: none
-    cushion_stiffness: float  # for a strike on a ball that touches a cushion
-    cushion_duration: float  # s, of a contact; 0: none
-    nose_height: float  # m, above the cloth
-    cushion_depth: float  # m
-    corner: Mouth
-    side: Mouth
-    corner_hole: tuple[float, float]  # m: distance of its centre from the corner, radius
-    side_hole: tuple[float, float]  # m: distance of its centre from the line of noses, radius
-    ball_restitution: float
-    friction_fast: float
-    friction_slow: float  # of balls: fast + slow exp(-decay slip)
-    friction_decay: float  # s/m
-    ball_stiffness: float
-    ball_duration: float  # s, of a contact of two balls that meet at `DURATION_SPEED`
-    contact_gap: float  # m, within which bodies touch
+    length: float = inf  # m
+    width: float = inf  # m
+    pockets: bool = False
+    cushion_model: int = 0  # see cushion_models.py
+    cushion_restitution: float = 0.0
+    cushion_friction: float = 0.0
+    cushion_early_fading: float = 0.0  # s/m, of the restitution, from low speeds on
+    cushion_fading: float = 0.0  # s/m, of the restitution, at high speeds
+    cushion_frequency_ratio: float = 0.0  # of the tangential spring to the normal one; 0: none
+    cushion_stiffness: float = 1.0  # for a strike on a ball that touches a cushion
+    cushion_duration: float = 0.0  # s, of a contact; 0: none
+    cushion_depth: float = 0.0  # m
+    nose_height: float = 0.0  # m, above the cloth
+    corner: Mouth = NO_MOUTH
+    side: Mouth = NO_MOUTH
+    corner_hole: tuple[float, float] = (
+        0.0,
+        0.0,
+    )  # m: distance of its centre from the corner, radius
+    side_hole: tuple[float, float] = 0.0, 0.0  # m: the same, from the line of noses
+    ball_restitution: float = 1.0
+    ball_stiffness: float = 1.0
+    ball_duration: float = 0.0  # s, of a contact of two balls that meet at `DURATION_SPEED`
+    friction_fast: float = 0.0
+    friction_slow: float = 0.0  # of balls: fast + slow exp(-decay slip)
+    friction_decay: float = 0.0  # s/m
+    contact_gap: float = 0.0  # m, within which bodies touch
     pair_gate: int = GATE_AUTO  # GATE_ON: looks at every pair of balls; GATE_OFF: at none
     pocket_gate: int = GATE_AUTO  # GATE_ON: every pocket is looked at
 
@@ -144,8 +149,8 @@ POCKETS = 6
 
 
 @record
-class TableNumbers:
-    """A table, and how balls meet it and each other; lengths in m."""
+class TableNumbers(TableParams):
+    """A table as compiled code takes it: its numbers, and what follows from them; lengths in m."""
 
     endless: bool  # there are no cushions
     centre_half_length: float  # of where a lying ball's centre can be
@@ -155,25 +160,7 @@ class TableNumbers:
     nose_half_width: float
     corner_end: float  # from the corner to the straight nose's end, along the nose; 0: no pockets
     side_end: float  # from the middle of a long side to the straight nose's end
-    nose_height: float
-    cushion_depth: float
-    cushion_model: int
-    cushion_restitution: float
-    cushion_friction: float
-    cushion_early_fading: float  # s/m, of the restitution, from low speeds on
-    cushion_fading: float  # s/m, of the restitution, at high speeds
-    cushion_frequency_ratio: float  # of the tangential spring to the normal one; 0: none
-    cushion_stiffness: float  # for a strike on a ball that touches a cushion
-    cushion_duration: float  # s, of a contact; 0: none
-    ball_restitution: float
-    friction_fast: float
-    friction_slow: float
-    friction_decay: float
-    ball_stiffness: float
-    ball_duration: float  # s, of a contact of two balls that meet at `DURATION_SPEED`
-    impact_stiffness: float  # N/m^exponent, of balls with that duration
-    contact_gap: float
-    pair_gate: int
+    impact_stiffness: float  # N/m^exponent, of balls with `ball_duration`
     hop_tolerance: float  # for leaving out hops after impacts
 
 

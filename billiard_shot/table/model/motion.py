@@ -61,18 +61,9 @@ class SegmentRecord:
 
 
 @record
-class BallRecord:
+class BallRecord(SegmentRecord):
     """A ball in its present segment, and what happens to it next."""
 
-    time: float  # s; this and the next eight fields are those of its segment
-    position: Vector3
-    velocity: Vector3
-    acceleration: Vector3
-    spin: Vector3
-    spin_acceleration: Vector3
-    motion: int
-    cause: int
-    ball: int
     end: float  # s, when the segment ends
     spin_ends: bool  # the segment ends because the spin about the vertical is used up
     # Of a roll in two halves, see rolling.py: decelerations [m/s^2], and when they end [s].

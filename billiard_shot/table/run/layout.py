@@ -13,7 +13,6 @@ from billiard_shot.table.contacts.cushion_models import CUSHION_MODELS, HAN, roo
 from billiard_shot.table.model.cue import CueParams, NO_CUE
 from billiard_shot.table.model.geometry import (
     BallClothParams,
-    GATE_AUTO,
     GATE_ON,
     Jaw,
     Mouth,
@@ -30,52 +29,24 @@ from billiard_shot.table.motion.boundaries import DEPTH_IN_MOUTH
 
 def ball_cloth_params(scene: Scene) -> BallClothParams:
     """Collect what the motion of a ball on the cloth depends on, all effects as called for."""
-    ball, cloth, table = scene.ball, scene.cloth, scene.contacts.ball_table
     return BallClothParams(
-        mass=float(ball.mass),
-        radius=float(ball.radius),
-        inertia=float(ball.inertia),
-        gravity=float(cloth.gravity),
-        sliding_friction=float(cloth.sliding_friction),
-        rolling_resistance=float(cloth.rolling_resistance),
-        rolling_rise=float(cloth.rolling_rise),
-        spin_deceleration=float(cloth.spin_deceleration),
-        cloth_restitution=float(table.restitution),
-        cloth_friction=float(table.friction),
+        **_floats(scene.ball, 'mass', 'radius', 'inertia'),
+        **_floats(scene.cloth, 'gravity', 'sliding_friction', 'spin_deceleration'),
+        **_floats(scene.cloth, 'rolling_resistance', 'rolling_rise'),
+        **_floats(scene.contacts.ball_table, 'restitution', 'friction', of='cloth'),
         law=LAWS[scene.law],
         exponent=float(scene.exponent),
-        flight_gate=GATE_AUTO,
-        bounce_gate=GATE_AUTO,
     )
 
 
-_NO_MOUTH = (1.0, 1.0, 0.0, 0.0, 0.0)
-ENDLESS = TableParams(
-    length=math.inf,
-    width=math.inf,
-    pockets=False,
-    cushion_model=HAN,
-    cushion_restitution=0.0,
-    cushion_friction=0.0,
-    cushion_early_fading=0.0,
-    cushion_fading=0.0,
-    cushion_frequency_ratio=0.0,
-    cushion_stiffness=1.0,
-    cushion_duration=0.0,
-    nose_height=0.0,
-    cushion_depth=0.0,
-    corner=_NO_MOUTH,
-    side=_NO_MOUTH,
-    corner_hole=(0.0, 0.0),
-    side_hole=(0.0, 0.0),
-    ball_restitution=1.0,
-    friction_fast=0.0,
-    friction_slow=0.0,
-    friction_decay=0.0,
-    ball_stiffness=1.0,
-    ball_duration=0.0,
-    contact_gap=DEPTH_IN_MOUTH,
-)
+def _floats(section: object, *fields: str, of: str = '') -> dict[str, Any]:
+    """Return numbers of a section of a scene, by their names as numbers `of` something."""
+    return {f'{of}_{name}' if of else name: float(getattr(section, name)) for name in fields}
+
+
+# Two balls that collide may be as far apart, or as deep in each other where they were pressed
+# together: they must be among those in touch.
+ENDLESS = TableParams(cushion_model=HAN, contact_gap=DEPTH_IN_MOUTH)
 """Cloth without end, for one ball."""
 
 
@@ -83,33 +54,21 @@ def table_params(scene: Scene) -> TableParams:
     """Collect what there is to meet, all effects as called for; without a table no end."""
     table, balls = scene.table, scene.contacts.ball_ball
     params = ENDLESS._replace(
-        ball_restitution=float(balls.restitution),
-        friction_fast=float(balls.friction_fast),
-        friction_slow=float(balls.friction_slow),
-        friction_decay=float(balls.friction_decay),
-        ball_stiffness=float(balls.stiffness),
-        ball_duration=float(balls.duration),
-        # Those that collide may be as far apart, or as deep in each other where they were pressed
-        # together: they must be among those in touch.
+        **_floats(balls, 'friction_fast', 'friction_slow', 'friction_decay'),
+        **_floats(balls, 'restitution', 'stiffness', 'duration', of='ball'),
         contact_gap=max(float(balls.gap), DEPTH_IN_MOUTH),
     )
     if table is None:
         return params
     cushion, corner, side = table.cushion, table.corner, table.side
     return params._replace(
-        length=float(table.length),
-        width=float(table.width),
+        **_floats(table, 'length', 'width'),
+        **_floats(cushion, 'restitution', 'friction', 'depth', of='cushion'),
+        **_floats(cushion, 'early_fading', 'fading', of='cushion'),
+        **_floats(cushion, 'frequency_ratio', 'stiffness', 'duration', of='cushion'),
         pockets=table.pockets,
         cushion_model=CUSHION_MODELS[cushion.model],
-        cushion_restitution=float(cushion.restitution),
-        cushion_friction=float(cushion.friction),
-        cushion_early_fading=float(cushion.early_fading),
-        cushion_fading=float(cushion.fading),
-        cushion_frequency_ratio=float(cushion.frequency_ratio),
-        cushion_stiffness=float(cushion.stiffness),
-        cushion_duration=float(cushion.duration),
         nose_height=2.0 * scene.ball.radius * cushion.height,
-        cushion_depth=float(cushion.depth),
         corner=_mouth(corner),
         side=_mouth(side),
         corner_hole=(corner.shelf + corner.radius - 0.5 * corner.mouth, float(corner.radius)),
@@ -119,14 +78,9 @@ def table_params(scene: Scene) -> TableParams:
 
 def _mouth(pocket: Pocket) -> Mouth:
     """Mouth, sine and cosine of the turn from nose to facing, radius and setback of the jaws."""
-    turn = math.radians(180.0 - pocket.cut_deg)
-    return (
-        float(pocket.mouth),
-        math.sin(turn),
-        math.cos(turn),
-        float(pocket.jaw_radius),
-        pocket.jaw_radius * math.tan(0.5 * turn),
-    )
+    turn, radius = math.radians(180.0 - pocket.cut_deg), float(pocket.jaw_radius)
+    setback = pocket.jaw_radius * math.tan(0.5 * turn)
+    return float(pocket.mouth), math.sin(turn), math.cos(turn), radius, setback
 
 
 P = ParamSpec('P')
@@ -137,10 +91,6 @@ def _kept(function: Callable[P, R]) -> Callable[P, R]:
     """Keep the last results of a function; callers must not modify them."""
     kept: Any = lru_cache(maxsize=64)(function)
     return kept
-
-
-# Fields of `TableParams` that `TableNumbers` repeats.
-_SHARED = tuple(name for name in TableParams._fields if hasattr(TableNumbers, name))
 
 
 def table_of(layout: PackedTable) -> TableModel:
@@ -175,8 +125,8 @@ def lay_out(
     if table.pockets:
         n.corner_end = math.sqrt(0.5) * table.corner[0] + table.corner[4]
         n.side_end = 0.5 * table.side[0] + table.side[4]
-    for name in _SHARED:
-        setattr(n, name, getattr(table, name))
+    for name, value in table._asdict().items():
+        setattr(n, name, value)
     if table.ball_duration > 0.0:
         n.impact_stiffness = stiffness_of(params.mass, table.ball_duration, params.exponent)
     n.hop_tolerance = hop_tolerance
@@ -201,20 +151,15 @@ def edges_of(
     for i in range(count):
         one, other, pocket = jaws[2 * i], jaws[2 * i + 1], pockets[i]
         if i < 4:
-            sx = 1.0 if i in (0, 3) else -1.0
-            sy = 1.0 if i < 2 else -1.0
-            place_jaw(
-                table, one, table.corner, sx * (x - at_corner), sy * y, sx, dy=0.0, ox=0.0, oy=sy
-            )
-            place_jaw(
-                table, other, table.corner, sx * x, sy * (y - at_corner), 0.0, dy=sy, ox=sx, oy=0.0
-            )
+            mouth, sx, sy = table.corner, 1.0 if i in (0, 3) else -1.0, 1.0 if i < 2 else -1.0
+            place_jaw(table, one, mouth, (sx * (x - at_corner), sy * y), (sx, 0.0), (0.0, sy))
+            place_jaw(table, other, mouth, (sx * x, sy * (y - at_corner)), (0.0, sy), (sx, 0.0))
             pocket.hole_x, pocket.hole_y = sx * (x + out), sy * (y + out)
             pocket.hole_radius = table.corner_hole[1]
         else:
-            sy = 1.0 if i == 4 else -1.0
-            place_jaw(table, one, table.side, half, sy * y, -1.0, dy=0.0, ox=0.0, oy=sy)
-            place_jaw(table, other, table.side, -half, sy * y, 1.0, dy=0.0, ox=0.0, oy=sy)
+            mouth, sy = table.side, 1.0 if i == 4 else -1.0
+            place_jaw(table, one, mouth, (half, sy * y), (-1.0, 0.0), (0.0, sy))
+            place_jaw(table, other, mouth, (-half, sy * y), (1.0, 0.0), (0.0, sy))
             pocket.hole_x, pocket.hole_y = 0.0, sy * (y + table.side_hole[0])
             pocket.hole_radius = table.side_hole[1]
         bound_pocket(pocket, (one, other), _standoff(table, radius))
@@ -223,18 +168,14 @@ def edges_of(
     return jaws, pockets
 
 
+Pair = tuple[float, float]
+
+
 def place_jaw(
-    table: TableParams,
-    jaw: Jaw,
-    mouth: Mouth,
-    x: float,
-    y: float,
-    dx: float,
-    dy: float,
-    ox: float,
-    oy: float,
+    table: TableParams, jaw: Jaw, mouth: Mouth, at: Pair, along: Pair, outward: Pair
 ) -> None:
-    """Place a jaw whose nose runs along d to (x, y), where its line meets the facing's; o: out."""
+    """Place a jaw whose nose runs `along` to a place, where its line meets that of the facing."""
+    (x, y), (dx, dy), (ox, oy) = at, along, outward
     _, sine, cosine, radius, setback = mouth
     fx, fy = cosine * dx + sine * ox, cosine * dy + sine * oy
     jaw.arc_x = x - setback * dx + radius * ox

@@ -14,7 +14,7 @@ from billiard_shot.status import INFINITE_SEQUENCE, INVALID_REQUEST, OK, TOLERAN
 from billiard_shot.table.contacts.cluster import room_for
 from billiard_shot.table.contacts.gather import ImpactWorkspace
 from billiard_shot.table.model.cue import CueRecord
-from billiard_shot.table.model.geometry import BallClothParams, GATE_AUTO, PackedTable, TableModel
+from billiard_shot.table.model.geometry import BallClothParams, PackedTable, TableModel
 from billiard_shot.table.model.motion import (
     ABSENT,
     BallRecord,
@@ -255,7 +255,7 @@ def play_table(
 
 def _example(storage: Storage) -> tuple[Any, ...]:
     """One ball on the cloth."""
-    params = BallClothParams(*(1.0,) * 10, 0, 1.0, GATE_AUTO, GATE_AUTO)
+    params = BallClothParams(*(1.0,) * 10, 0, 1.0)
     starts = ball_starts(1, 1)
     starts['position'] = 0.0, 0.0, 1.0
     return (

@@ -1,12 +1,12 @@
 """What happened on a table: the trajectory of each ball, the events, and their words."""
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import cached_property
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -165,33 +165,20 @@ class Trajectory:
     @cached_property
     def segments(self) -> tuple[Segment, ...]:
         """Segments in order of time, the last one endless."""
-        rows = self.rows
-        times = rows['time'].tolist()
-        return tuple(
-            Segment(begin, end, Motion(kind), *vectors)
-            for begin, end, kind, *vectors in zip(
-                times,
-                [*times[1:], np.inf],
-                rows['motion'].tolist(),
-                rows['position'],
-                rows['velocity'],
-                rows['acceleration'],
-                rows['spin'],
-                rows['spin_acceleration'],
-                strict=True,
-            )
-        )
+        times, kinds = self.rows['time'].tolist(), map(Motion, self.rows['motion'].tolist())
+        names = 'position', 'velocity', 'acceleration', 'spin', 'spin_acceleration'
+        vectors = (self.rows[name] for name in names)
+        return tuple(map(Segment, times, [*times[1:], np.inf], kinds, *vectors))
 
     @cached_property
     def events(self) -> tuple[Event, ...]:
         """Events in order of time."""
-        return tuple(self._events())
-
-    def _events(self) -> Iterator[Event]:
         causes = map(Cause, self.rows['cause'][1:].tolist())
-        for (before, after), cause in zip(pairwise(self.segments), causes, strict=True):
-            for kind in kinds_of(before.motion, after.motion, cause):
-                yield Event(after.start, kind, after.position)
+        return tuple(
+            Event(after.start, kind, after.position)
+            for (before, after), cause in zip(pairwise(self.segments), causes, strict=True)
+            for kind in kinds_of(before.motion, after.motion, cause)
+        )
 
 
 def _rounded(vector: ArrayLike) -> str:
@@ -426,27 +413,24 @@ class TableRun:
         for i, name in enumerate(self.names):
             its = rows['ball'] == i
             positions[its] = self.balls[name].at(rows['time'][its]).position
-        members = self._events.balls()
-        return tuple(
-            event
-            for row, balls, position in zip(rows.tolist(), members, positions, strict=True)
-            for event in self._read(row, balls, position)
-        )
+        found: list[TableEvent] = []
+        for row, members, position in zip(
+            rows.tolist(), self._events.balls(), positions, strict=True
+        ):
+            time, cause, _, other, energy, left, before, after = row
+            balls = tuple(self.names[i] for i in members)
+            place = place_of(cause, other)
+            for kind in kinds_of(Motion(before), Motion(after), Cause(cause)):
+                found.append(TableEvent(time, kind, balls, place, position, energy, left))
+                energy = left  # all that is lost is booked to the first
+        return tuple(found)
 
-    def _read(
-        self, row: Sequence[Any], members: list[int], position: NDArray[np.float64]
-    ) -> Iterator[TableEvent]:
-        """Read an EventRecord, as a row of plain numbers."""
-        time, cause, _, other, energy, energy_after, before, after = row
-        balls = tuple(self.names[i] for i in members)
-        place = ''
-        if cause == Cause.POCKET:
-            place = POCKET_NAMES[other]
-        elif cause == Cause.CUSHION:
-            place = cushion_name(other)
-        for kind in kinds_of(Motion(before), Motion(after), Cause(cause)):
-            yield TableEvent(time, kind, balls, place, position, energy, energy_after=energy_after)
-            energy = energy_after  # all that is lost is booked to the first
+
+def place_of(cause: int, feature: int) -> str:
+    """Name the pocket or cushion of an event; '' for other events."""
+    if cause == Cause.POCKET:
+        return POCKET_NAMES[feature]
+    return cushion_name(feature) if cause == Cause.CUSHION else ''
 
 
 def cushion_name(feature: int) -> str:

@@ -1,7 +1,7 @@
 """`simulate`: the table alone, from the balls' states to rest; `simulate_batch`: many of those."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property
 import math
 from time import perf_counter
@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from billiard_shot.notebook import Tabular
+from billiard_shot.records import column
 from billiard_shot.scene import Scene, SceneLike
 from billiard_shot.scene.fields import as_floats, LARGEST, positive, whole
 from billiard_shot.scene.scene import rows_of_parameters
@@ -41,26 +42,72 @@ from billiard_shot.table.run.task import (
 
 @dataclass(frozen=True, eq=False)
 class TableBatch(Tabular):
-    """Runs of many tables; row by row what `simulate` gives. Balls in the order of `names`."""
+    """
+    Runs of many tables; row by row what `simulate` gives.
+
+    Attributes
+    ----------
+    names : tuple of str
+        The balls; all arrays have them in this order.
+    played : BatchRecording
+        The rows that were recorded, of which all else are columns.
+    final_position : (tables, balls, 3) float array
+        Of each ball [m].
+    motion : (tables, balls) uint8 array
+        A `Motion`: REST, POCKETED, ABSENT ...
+    pocket : (tables, balls) int array
+        Index in `POCKET_NAMES`, -1: in none.
+    first_met : (tables, balls) int array
+        Index of the first ball that each one met, -1: none.
+    duration : (tables,) float array
+        Until all balls rest [s].
+    status : (tables,) uint16 array
+        A `Status`.
+    events, searches : (tables,) int arrays
+        How many events there were; how many contacts were looked for.
+    double_hit : (tables,) bool array
+        The cue hit ball 0 again, in the strike or later.
+    jaws_met : (tables,) int array
+        Rounded jaws that ball 0 met before another ball.
+    rest_time : (tables, balls) float array
+        Since when a ball rests, or is off the table [s].
+    cushions : (tables, balls) int array
+        Straight cushions that each ball met.
+    last_cushion : (tables, balls) float array
+        When each ball last met a cushion or a jaw [s]; -inf: never.
+    met_time : (tables, balls) float array
+        When ball 0 met each ball first [s]; inf: never.
+    met_after : (tables, balls) int array
+        Straight cushions that ball 0 had met by then.
+    position_at : (tables, balls, times, 3) float array
+        At the times that were asked for [m].
+
+    """
 
     names: tuple[str, ...]
-    final_position: NDArray[np.float64]  # (tables, balls, 3) m, of each ball
-    motion: NDArray[np.uint8]  # (tables, balls) a Motion: REST, POCKETED, ABSENT ...
-    pocket: NDArray[np.int64]  # (tables, balls) index in POCKET_NAMES, -1: in none
-    first_met: NDArray[np.int64]  # (tables, balls) index of the first ball each met, -1: none
-    duration: NDArray[np.float64]  # (tables,) s until all rest
-    status: NDArray[np.uint16]  # (tables,) Status
-    events: NDArray[np.int64]  # (tables,) how many there were
-    searches: NDArray[np.int64]  # (tables,) how many contacts were looked for
-    double_hit: NDArray[np.bool_]  # (tables,) the cue hit ball 0 again, in the strike or later
-    miscue: NDArray[np.bool_]  # (tables,) the tip slid on ball 0 in a strike
-    jaws_met: NDArray[np.int64]  # (tables,) rounded jaws that ball 0 met before another ball
-    rest_time: NDArray[np.float64]  # (tables, balls) s since when it rests, or is off the table
-    cushions: NDArray[np.int64]  # (tables, balls) straight cushions that each ball met
-    last_cushion: NDArray[np.float64]  # (tables, balls) s, of a cushion or a jaw; -inf: none
-    met_time: NDArray[np.float64]  # (tables, balls) s, when ball 0 met each ball first; inf: never
-    met_after: NDArray[np.int64]  # (tables, balls) straight cushions that ball 0 had met by then
-    position_at: NDArray[np.float64]  # (tables, balls, times, 3) m, at the times asked for
+    played: BatchRecording
+    final_position = column('played.balls', 'position')
+    motion = column('played.balls', 'motion', np.uint8)
+    pocket = column('played.balls', 'pocket')
+    first_met = column('played.balls', 'first_contact')
+    duration = column('played.tables', 'duration')
+    status = column('played.tables', 'status', np.uint16)
+    events = column('played.tables', 'events')
+    searches = column('played.tables', 'searches')
+    double_hit = column('played.tables', 'double_hit')
+    jaws_met = column('played.tables', 'jaws_met')
+    rest_time = column('played.balls', 'time')
+    cushions = column('played.balls', 'cushions')
+    last_cushion = column('played.balls', 'last_edge')
+    met_time = column('played.balls', 'met_time')
+    met_after = column('played.balls', 'met_after')
+    position_at = column('played.places')
+
+    @property
+    def miscue(self) -> NDArray[np.bool_]:
+        """Whether the tip slid on ball 0 in a strike (tables,)."""
+        cues = self.played.cues
+        return cues['miscue'] if len(cues) else np.zeros(len(self.status), np.bool_)
 
     @property
     def states(self) -> TableStates:
@@ -134,31 +181,6 @@ class TableBatch(Tabular):
         return f'TableBatch({balls}, {count_in_words(self.status, "table", self.miscue)})'
 
 
-def batch_of(played: BatchRecording, names: tuple[str, ...]) -> TableBatch:
-    """Return simulated tables, whose balls have these names, as people use them."""
-    balls, tables, cues = played.balls, played.tables, played.cues
-    return TableBatch(
-        names=names,
-        final_position=balls['position'],
-        motion=balls['motion'].astype(np.uint8),
-        pocket=balls['pocket'],
-        first_met=balls['first_contact'],
-        duration=tables['duration'],
-        status=played.status.astype(np.uint16),
-        events=tables['events'],
-        searches=tables['searches'],
-        double_hit=tables['double_hit'],
-        miscue=cues['miscue'] if len(cues) else np.zeros(len(tables), np.bool_),
-        jaws_met=tables['jaws_met'],
-        rest_time=balls['time'],
-        cushions=balls['cushions'],
-        last_cushion=balls['last_edge'],
-        met_time=balls['met_time'],
-        met_after=balls['met_after'],
-        position_at=played.places,
-    )
-
-
 def simulate(
     scene: SceneLike,
     states: States,
@@ -215,19 +237,17 @@ def run_one(task: TableTask, names: tuple[str, ...]) -> TableRun:
 
 def run_of(played: BatchRecording, names: tuple[str, ...], wall_time: float) -> TableRun:
     """Return the recording of one table, whose balls have these names, as people use it."""
-    end, balls = played.tables, played.balls[0]
-    places = np.empty((len(balls), 2), np.int64)
-    places[:, 0], places[:, 1] = balls['pocket'], balls['first_contact']
+    end, balls = played.tables[0], played.balls[0]
     return TableRun(
         names,
-        Status(int(end['run_status'][0])),
-        float(end['duration'][0]),
+        Status(int(end['run_status'])),
+        float(end['duration']),
         wall_time,
-        int(end['searches'][0]),
+        int(end['searches']),
         played.segments,
         _events=played.events,
-        _places=places,
-        jaws_met=int(end['jaws_met'][0]),
+        _places=np.stack([balls['pocket'], balls['first_contact']], axis=1),
+        jaws_met=int(end['jaws_met']),
     )
 
 
@@ -290,15 +310,8 @@ def simulate_batch(
             starts[field][np.abs(starts[field]) > LARGEST] = np.nan  # compiled code refuses it
         for t, i, _ in in_cushions(scene, starts):
             starts['position'][t, i] = np.nan
-        task = TableTask(
-            *params_on_table(scene),
-            starts,
-            tolerance,
-            tolerance,
-            max_events,
-            until=end,
-            times=times,
-        )
+        both = params_on_table(scene)
+        task = TableTask(*both, starts, tolerance, tolerance, max_events, until=end, times=times)
         return run_many(task, rows.names, workers)
 
     if not parameters:
@@ -313,14 +326,7 @@ def simulate_batch(
     if not parts:
         return simulate_rows(scene, tables)
     order = np.argsort(np.argsort(which, kind='stable'), kind='stable')
-    return TableBatch(
-        **{
-            each.name: np.concatenate([getattr(part, each.name) for part in parts])[order]
-            for each in fields(TableBatch)
-            if each.name != 'names'
-        },
-        names=tables.names,
-    )
+    return TableBatch(tables.names, joined([part.played for part in parts], order))
 
 
 def _times(at: ArrayLike | None) -> tuple[float, ...]:
@@ -338,6 +344,4 @@ def run_many(task: TableTask, names: tuple[str, ...], workers: int | None = None
     def simulate_part(part: slice) -> BatchRecording:
         return run_tables(task.part(part))
 
-    parts = in_threads(simulate_part, len(task.starts), workers)
-    parts = parts or [simulate_part(slice(0, 0))]
-    return batch_of(joined(parts), names)
+    return TableBatch(names, joined(in_threads(simulate_part, len(task.starts), workers)))

@@ -215,16 +215,13 @@ def table_states(states: ManyStates, present: ArrayLike | None = None) -> TableS
 
 def _from_columns(states: States, present: ArrayLike | None) -> TableStates:
     check_balls('states', states)
-    rows = [[np.atleast_2d(row) for row in state_rows(name, states[name])] for name in states]
+    rows = [[np.atleast_2d(row) for row in state_rows(*each)] for each in states.items()]
     counts = {len(row) for ball in rows for row in ball} - {1}
     if len(counts) > 1:
         raise ValueError(f'states must have as many rows in all arrays, got {sorted(counts)} rows')
     tables = counts.pop() if counts else 1
-    vectors = np.zeros((len(VECTORS), tables, len(rows), 3))
-    for i, ball in enumerate(rows):
-        for vector, row in zip(vectors, ball, strict=True):
-            vector[:, i] = row
-    position, velocity, spin = vectors
+    each_ball = [[np.broadcast_to(row, (tables, 3)) for row in ball] for ball in rows]
+    position, velocity, spin = np.stack(each_ball, axis=2)
     return TableStates(tuple(states), position, velocity, spin, present)
 
 

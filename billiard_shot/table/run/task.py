@@ -132,18 +132,6 @@ class BatchRecording(NamedTuple):
     losses: NDArray[np.float64]
     discontinuity: NDArray[np.float64]
 
-    @property
-    def status(self) -> NDArray[np.int64]:
-        """Status (tables,), see `TableOutcome`."""
-        status: NDArray[np.int64] = self.tables['status']
-        return status
-
-    @property
-    def error(self) -> NDArray[np.float64]:
-        """Estimated errors of trajectories after strokes (tables,) [m], see `TableOutcome`."""
-        error: NDArray[np.float64] = self.tables['error']
-        return error
-
 
 # Of a `BatchRecording`: those that have a row for each table.
 COLUMNS = 'balls', 'tables', 'places', 'cues', 'discontinuity'
@@ -151,16 +139,15 @@ COLUMNS = 'balls', 'tables', 'places', 'cues', 'discontinuity'
 
 def run_with_events(task: TableTask) -> BatchRecording:
     """Simulate one table in this thread, recording all that happens; see `run_tables`."""
-    segments = events = CAPACITY * (2 + task.starts.shape[1])
-    phases = _PHASE_CAPACITY
+    capacity, phases = CAPACITY * (2 + task.starts.shape[1]), _PHASE_CAPACITY
     while True:
-        played = run_tables(task, segments, events, phases)
-        needed, happened = int(played.tables['segments'][-1]), int(played.tables['events'][-1])
+        played = run_tables(task, capacity, capacity, phases)
+        needed = max(int(played.tables[name][-1]) for name in ('segments', 'events'))
         logged = int(played.cues['phases'][-1]) * len(played.losses) if len(played.cues) else 0
-        if needed <= segments and happened <= events and logged <= phases:
+        if needed <= capacity and logged <= phases:
             return played
-        while max(needed, happened) > segments:
-            segments = events = 2 * segments
+        while needed > capacity:
+            capacity *= 2
         while logged > phases:
             phases *= 2
 
@@ -286,13 +273,16 @@ def strike_details(
     return log[:logged].reshape(-1, contacts).copy(), losses
 
 
-def joined(parts: list[BatchRecording]) -> BatchRecording:
-    """Put tables one after the other that were simulated in parts, without their motion."""
+def joined(parts: list[BatchRecording], order: NDArray[np.int64] | None = None) -> BatchRecording:
+    """Put tables that were simulated in parts one after the other, or in an order; no motion."""
     if len(parts) == 1:
         return parts[0]
     columns: dict[str, Any] = {
         name: np.concatenate([getattr(part, name) for part in parts]) for name in COLUMNS
     }
+    if order is not None:
+        # Without strokes there are no rows of cues.
+        columns = {name: rows[order[: len(rows)]] for name, rows in columns.items()}
     return parts[0]._replace(**columns)
 
 
@@ -304,7 +294,7 @@ LARGEST_PART = 1000
 
 def in_threads(work: Callable[[slice], T], count: int, workers: int | None = None) -> list[T]:
     """
-    Divide a batch among threads; return what each part gave, in order.
+    Divide a batch among threads; return what each part gave, in order, at least of one part.
 
     `work` must not call this function: its thread would wait for itself.
 
@@ -319,7 +309,8 @@ def in_threads(work: Callable[[slice], T], count: int, workers: int | None = Non
 
     """
     threads = workers or os.cpu_count() or 1
-    small = max(1, math.ceil(count / (8 * threads)))  # because rows differ in cost
+    count = max(count, 1)
+    small = math.ceil(count / (8 * threads))  # because rows differ in cost
     size = LARGEST_PART if threads == 1 else small
     parts = [slice(i, i + size) for i in range(0, count, size)]
     if threads == 1 or len(parts) <= 1:

@@ -206,9 +206,8 @@ def note_strike(
     cue.chatter = cue.hits > 1 and not cue.others and chatters(tip.began, tip.lifted)
     cue.double_hit = 0.0 if cue.hits > 1 and not cue.chatter else inf
     cue.discontinuity_margin = min(tip.discontinuity_margin, cloth.discontinuity_margin)
-    cue.impulses[0], cue.impulses[1], cue.impulses[2] = tip.impulse, tip.impulse_1, tip.impulse_2
-    cue.impulses[3], cue.impulses[4] = cloth.impulse, cloth.impulse_1
-    cue.impulses[5] = cloth.impulse_2
+    for k in range(3):
+        cue.impulses[k], cue.impulses[3 + k] = tip.impulse[k], cloth.impulse[k]
     for j in range(impact.contacts):
         losses = room.losses[j]
         losses[0], losses[1] = contacts[j].restitution_loss, contacts[j].friction_loss

@@ -1,0 +1,108 @@
+"""
+Options of commands: fields of dataclasses, as the parameters of nodes are.
+
+The docstring of such a dataclass has the metavar of each field as its type, and its help, in which
+`%(default)s`, `%(choices)s` and the names of other attributes stand for their values. A field that
+the docstring leaves out is hidden. The type of a field says how many values it takes; its range,
+as in scenes, which are allowed. The values of an instance are the defaults.
+"""
+
+import argparse
+import dataclasses
+from types import UnionType
+from typing import Any, get_args, get_origin, get_type_hints
+
+from billiard_shot.scene.fields import Description, descriptions, TAKES
+
+FLAGS, HOW, CONSTANT = 'flags', 'how', 'constant'
+
+
+def option(*flags: str, default: Any = None, **how: Any) -> Any:
+    """Field for an option with more flags, such as -o, or with arguments of `add_argument`."""
+    return dataclasses.field(default=default, metadata={FLAGS: flags, HOW: how})
+
+
+def positional(nargs: str | None = None, **how: Any) -> Any:
+    """Field for a value that has a place instead of a name."""
+    return dataclasses.field(default=None, metadata={FLAGS: None, HOW: {'nargs': nargs} | how})
+
+
+def constant(default: Any = None) -> Any:
+    """Field for a value that is no option; commands read it as if it were one."""
+    return dataclasses.field(default=default, metadata={CONSTANT: True})
+
+
+def add_options(parser: argparse.ArgumentParser, *groups: Any) -> None:
+    """
+    Add the options of instances of dataclasses.
+
+    `TITLE` of a dataclass is the heading of its options; of one that is `EXCLUSIVE` only one
+    option may be given.
+    """
+    for group in groups:
+        into: Any = parser
+        if title := getattr(group, 'TITLE', ''):
+            into = parser.add_argument_group(title)
+        elif getattr(group, 'EXCLUSIVE', False):
+            into = parser.add_mutually_exclusive_group()
+        types, words = get_type_hints(type(group)), descriptions(type(group))
+        values = {name: getattr(group, name) for name in dir(group)}
+        for field in dataclasses.fields(group):
+            if CONSTANT in field.metadata:
+                parser.set_defaults(**{field.name: values[field.name]})
+                continue
+            how = {'default': values[field.name], **_taken(types[field.name])}
+            how |= field.metadata.get(HOW, {})
+            how |= _said(words.get(field.name), values | how)
+            action = into.add_argument(*_flags(field), **how)
+            action.takes = field.metadata.get(TAKES)
+
+
+def _flags(field: 'dataclasses.Field[Any]') -> tuple[str, ...]:
+    """Return the flags of an option, or the name of a positional value."""
+    name = field.name.rstrip('_')  # Python has taken the name `pass`
+    flags = field.metadata.get(FLAGS, ())
+    if flags is None:
+        return (name,)
+    if any(flag.startswith('--') for flag in flags):
+        return tuple(flags)
+    return *flags, f'--{name.replace("_", "-")}'
+
+
+def _said(words: Description | None, values: dict[str, Any]) -> dict[str, Any]:
+    """Take metavar and help from a description."""
+    if words is None:
+        return {'help': argparse.SUPPRESS}
+    text = words.text.removesuffix('.')
+    text %= values | {'choices': ', '.join(values.get('choices', ()))}
+    if not text[1:2].isupper():
+        text = text[0].lower() + text[1:]
+    said: dict[str, Any] = {'help': text.replace('%', '%%')}
+    if words.kind[0].isupper():
+        names = tuple(words.kind.split())
+        said['metavar'] = names if len(names) > 1 else words.kind
+    return said
+
+
+def _taken(kind: Any) -> dict[str, Any]:
+    """Say to argparse how many values an option takes, and of which type."""
+    if isinstance(kind, UnionType):  # `... | None`
+        kind = get_args(kind)[0]
+    if kind is bool:
+        return {'action': 'store_true'}
+    if get_origin(kind) is list:
+        return {'nargs': '+', 'type': get_args(kind)[0]}
+    if get_origin(kind) is tuple:
+        return {'nargs': len(get_args(kind)), 'type': get_args(kind)[0]}
+    return {'type': kind}
+
+
+def check_options(options: argparse.Namespace, parser: argparse.ArgumentParser) -> None:
+    """Raise ValueError, naming the option, if a value is out of the range of its field."""
+    for action in parser._actions:
+        takes, value = getattr(action, TAKES, None), getattr(options, action.dest, None)
+        if takes and value is not None:
+            try:
+                takes(value)
+            except ValueError as error:
+                raise ValueError(f'{action.option_strings[-1]} {error}') from None

@@ -1,0 +1,1 @@
+"""Commands about bundled scenes and scene files, a module a command."""

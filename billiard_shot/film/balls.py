@@ -1,0 +1,283 @@
+"""
+Balls in a picture: outlines of the size and at the place that the camera gives.
+
+Spots that differ from the cloth propose centres. Each proposed ball is then moved until its
+outline lies on edges, all around: rays cross the outline, and each finds where the difference from
+the cloth falls to half. Rays towards another ball do not count, so that balls that touch do not
+disturb each other. What has no such outline, as a hand, a cue or a shadow, is no ball.
+"""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from billiard_shot.film.cloth import apart, Bytes, Cloth, Pixels
+from billiard_shot.film.lens import Camera, Floats
+
+RAYS, SAMPLES = 40, 29
+"""Around an outline, and along a ray."""
+
+INSIDE, OUTSIDE = 0.5, 0.45
+"""How far a ray begins inside and ends outside of the outline [radii]."""
+
+ROUNDS = 4
+"""How often the outlines are moved."""
+
+LEAST_APART, NOISES = 16.0, 5.0
+"""How far a colour must be from that of the cloth [of 255], and in deviations of its pixels."""
+
+LEAST_RADIUS = 5.0
+"""Pictures are reduced as long as balls keep this radius [px]."""
+
+LEAST_RAYS, MOST_SCATTER = 0.5, 0.12
+"""Of the rays, that must find an edge, and how far these scatter at most [radii]."""
+
+CLOSE = 1.06
+"""A ray that ends within so many radii of another centre sees the other ball [radii]."""
+
+SIZE_SPREAD = 0.06
+"""Deviation of the radius of an outline, by blur and light [radii]."""
+
+FLOOR = 0.06
+"""Deviation of a place that all rays share [px]."""
+
+MOST_PROPOSED = 60
+"""Spots of a picture that are looked at."""
+
+LEAST_COLOURED = 4
+"""So many coloured spots of a core tell the colour of a ball with white."""
+
+CORE = 0.6
+"""Within this part of the radius lies the colour of a ball."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Seen:
+    """
+    Balls of a picture, in no order.
+
+    Parameters
+    ----------
+    place : (n, 2) float array
+        [m]
+    sigma : (n,) float array
+        Standard deviation of x and y, the larger one [m].
+    pixel : (n, 2) float array
+        Where the picture has their centres [px].
+    colour : (n, 3) float array
+        Of the core that is not white, with the light of the cloth taken out [of 255].
+    white : (n,) float array
+        Share of the core that has no colour.
+
+    """
+
+    place: Floats
+    sigma: Floats
+    pixel: Floats
+    colour: Floats
+    white: Floats
+
+
+class BallFinder:
+    """
+    Finds balls in pictures of one camera.
+
+    Parameters
+    ----------
+    camera : Camera
+    cloth : Cloth
+    radius : float
+        Of the balls [m].
+
+    """
+
+    def __init__(self, camera: Camera, cloth: Cloth, radius: float) -> None:
+        self.camera, self.cloth, self.radius = camera, cloth, radius
+        middle = self._radii(np.zeros((1, 2)))[0]
+        self._scale = max(1, int(middle / LEAST_RADIUS))
+        factor = 1.0 / self._scale
+        self._colour = cv2.resize(cloth.colour, None, fx=factor, fy=factor, interpolation=3)
+        size = self._colour.shape[1::-1]
+        self._bed = cv2.resize(cloth.bed, size, interpolation=cv2.INTER_NEAREST)
+        self._least = max(LEAST_APART, NOISES * cloth.noise)
+        self._light = cloth.colour[cloth.bed > 0].mean()
+
+    def _radii(self, places: Floats) -> Floats:
+        """Return the radii [px] of balls at places (n, 2) [m]."""
+        lines = self._lifted(places)
+        outline = self.camera.outlines(lines, self.radius, 8)
+        radii: Floats = np.linalg.norm(outline - outline.mean(1, keepdims=True), axis=-1).mean(1)
+        return radii
+
+    def _lifted(self, places: Floats) -> Floats:
+        return np.column_stack([places, np.full(len(places), self.radius)])
+
+    def find(self, picture: Bytes, expected: Floats | None = None) -> Seen:
+        """
+        Find the balls of a picture.
+
+        Parameters
+        ----------
+        picture : (height, width, 3) uint8 array
+            RGB.
+        expected : (n, 2) float array, optional
+            Where balls may be, beside the spots of the picture [m].
+
+        """
+        whole = picture.astype(np.float32)
+        gain = self.cloth.gain(whole)
+        proposed = self._propose(picture, gain)
+        if expected is not None and len(expected):
+            proposed = np.concatenate([proposed, expected])
+        places = self._apart_from_others(proposed)
+        if not len(places):
+            none = np.empty(0)
+            return Seen(np.empty((0, 2)), none, np.empty((0, 2)), np.empty((0, 3)), none)
+        good = np.ones(len(places), bool)
+        for k in range(ROUNDS):
+            places, sigma, good = self._settle(whole, gain, places)
+            inside = (np.abs(places) < self.camera.half + self.radius).all(axis=1)
+            if k >= 1:  # what is no ball must not hide its neighbours
+                places, sigma = places[good & inside], sigma[good & inside]
+                order = np.argsort(sigma)
+                kept = self._distinct(places[order])
+                places, sigma = places[order][kept], sigma[order][kept]
+            if not len(places):
+                break
+        centres = self.camera.project(self._lifted(places))
+        colour, white = self._colours(whole, gain, centres, places)
+        return Seen(places, sigma, centres, colour, white)
+
+    def _propose(self, picture: Bytes, gain: float) -> Floats:
+        """Return the places of spots that are as wide as balls."""
+        size = self._colour.shape[1::-1]
+        small = cv2.resize(picture, size, interpolation=cv2.INTER_AREA).astype(np.float32)
+        spots = (apart(small, self._colour, gain) > self._least) & (self._bed > 0)
+        depth = cv2.distanceTransform(spots.astype(np.uint8), cv2.DIST_L2, 5)
+        around = cv2.dilate(depth, np.ones((5, 5), np.uint8))
+        v, u = np.nonzero((depth >= around) & (depth > 0.3 * LEAST_RADIUS))
+        pixels = float(self._scale) * np.column_stack([u, v]) + 0.5 * (self._scale - 1)
+        places = self.camera.to_plane(pixels, self.radius)
+        ratio = depth[v, u] * self._scale / np.maximum(self._radii(places), 1e-9)
+        fits = np.flatnonzero((ratio > 0.5) & (ratio < 2.0))
+        order = fits[np.argsort(np.abs(ratio[fits] - 1.0))][:MOST_PROPOSED]
+        return places[order]
+
+    def _apart_from_others(self, places: Floats) -> Floats:
+        return places[self._distinct(places, 0.7)]
+
+    def _distinct(self, places: Floats, least: float = 1.6) -> NDArray[np.int64]:
+        """Return the places that are so many radii away from all before them."""
+        kept: list[int] = []
+        for k, place in enumerate(places):
+            if all(np.hypot(*(place - places[j])) > least * self.radius for j in kept):
+                kept.append(k)
+        return np.array(kept, np.int64)
+
+    def _settle(
+        self, picture: Pixels, gain: float, places: Floats
+    ) -> tuple[Floats, Floats, NDArray[np.bool_]]:
+        """Move outlines onto edges; return places, their deviations, and which are balls."""
+        lifted = self._lifted(places)
+        outline = self.camera.outlines(lifted, self.radius, RAYS)
+        middle = outline.mean(axis=1)
+        away = outline - middle[:, np.newaxis]
+        radii = np.linalg.norm(away, axis=-1)
+        away /= radii[..., np.newaxis]
+        parts = np.linspace(-INSIDE, OUTSIDE, SAMPLES)
+        steps = radii[..., np.newaxis] * parts  # (balls, rays, samples) [px]
+        pixels = outline[:, :, np.newaxis] + steps[..., np.newaxis] * away[:, :, np.newaxis]
+        differs = self._differences(picture, gain, pixels)
+        inner = differs[..., (parts > -0.4) & (parts < -0.15)].mean(axis=-1)
+        half = 0.5 * inner
+        below = differs < half[..., np.newaxis]
+        first = np.clip(below.argmax(axis=-1), 1, SAMPLES - 1)[..., np.newaxis]
+        high = np.take_along_axis(differs, first - 1, -1)[..., 0]
+        low = np.take_along_axis(differs, first, -1)[..., 0]
+        part = np.clip((high - half) / np.maximum(high - low, 1e-6), 0.0, 1.0)
+        edge = radii * (parts[first[..., 0] - 1] + part * (parts[1] - parts[0]))  # [px]
+        clear = below.any(axis=-1) & ~below[..., 0] & (inner > self._least)
+        clear &= ~self._towards_others(middle, outline, radii)
+        return self._moved(places, lifted, away, radii, edge, clear)
+
+    def _differences(self, picture: Pixels, gain: float, pixels: Floats) -> Floats:
+        """Return how far pixels (..., 2) are from the cloth."""
+        flat = pixels.reshape(len(pixels), -1, 2).astype(np.float32)
+        seen = cv2.remap(picture, flat[..., 0], flat[..., 1], cv2.INTER_LINEAR)
+        nearest = np.clip(np.round(flat).astype(int), 0, np.array(self.camera.size) - 1)
+        cloth = self.cloth.colour[nearest[..., 1], nearest[..., 0]]
+        return apart(seen, cloth, gain).reshape(pixels.shape[:-1])
+
+    def _towards_others(self, middle: Floats, outline: Floats, radii: Floats) -> NDArray[np.bool_]:
+        """Return which rays (balls, rays) see another ball."""
+        mean = radii.mean(axis=1)
+        far = np.linalg.norm(outline[:, :, np.newaxis] - middle, axis=-1)
+        own = np.eye(len(middle), dtype=bool)[:, np.newaxis]
+        # Of two proposals for one ball, neither hides the other.
+        apart_px = np.linalg.norm(middle[:, np.newaxis] - middle, axis=-1)
+        same = (apart_px < 1.2 * mean)[:, np.newaxis]
+        hidden: NDArray[np.bool_] = ((far < (CLOSE + 0.2) * mean) & ~own & ~same).any(axis=-1)
+        return hidden
+
+    def _moved(
+        self,
+        places: Floats,
+        lifted: Floats,
+        away: Floats,
+        radii: Floats,
+        edge: Floats,
+        clear: NDArray[np.bool_],
+    ) -> tuple[Floats, Floats, NDArray[np.bool_]]:
+        """Fit shifts and a radius to edges [px] of clear rays, with little weight to outliers."""
+        mean = radii.mean(axis=1)
+        slopes = self.camera.slopes(lifted)
+        terms = np.concatenate([away @ slopes, np.ones((*away.shape[:2], 1))], axis=-1)
+        prior = np.zeros((len(places), 3, 3))
+        prior[:, 2, 2] = 1.0 / (SIZE_SPREAD * mean) ** 2
+        prior[:, 0, 0] = prior[:, 1, 1] = 1.0 / (0.5 * self.radius) ** 2
+        step, weight = np.zeros((len(places), 3)), clear.astype(np.float64)
+        scale = 0.25 * mean[:, np.newaxis]
+        for _ in range(6):
+            noise = (0.3 * scale) ** 2
+            normal = np.einsum('brk,br,brl->bkl', terms, weight / noise, terms) + prior
+            right = np.einsum('brk,br,br->bk', terms, weight / noise, edge)
+            step = np.linalg.solve(normal, right[..., np.newaxis])[..., 0]
+            off = edge - np.einsum('brk,bk->br', terms, step)
+            spread = np.median(np.where(clear, np.abs(off), np.inf), axis=1)
+            spread = np.where(np.isfinite(spread), spread, 0.1 * mean)
+            scale = np.maximum(4.5 * spread, 0.5)[:, np.newaxis]
+            weight = clear * np.clip(1.0 - (off / scale) ** 2, 0.0, 1.0) ** 2
+        total = np.maximum(weight.sum(axis=1), 1e-9)
+        scatter = np.sqrt((weight * off**2).sum(axis=1) / total)
+        good = ((weight > 0.2).mean(axis=1) > LEAST_RAYS) & (scatter < MOST_SCATTER * mean)
+        good &= np.abs(step[:, 2]) < 2.5 * SIZE_SPREAD * mean
+        normal = np.einsum('brk,br,brl->bkl', terms, weight, terms) + 1e-9 * prior
+        # neighbouring rays share pixels: a half of them counts
+        variance = 2.0 * (scatter**2)[:, np.newaxis, np.newaxis] * np.linalg.inv(normal)
+        largest = np.linalg.eigvalsh(variance[:, :2, :2])[:, -1]
+        pixel = 1.0 / np.linalg.svd(slopes, compute_uv=False)[:, -1]  # m, the longer side
+        sigma = np.sqrt(np.maximum(largest, 0.0) + (FLOOR * pixel) ** 2)
+        return places + step[:, :2], sigma, good
+
+    def _colours(
+        self, picture: Pixels, gain: float, centres: Floats, places: Floats
+    ) -> tuple[Floats, Floats]:
+        """Return the colours of the cores, and how much of each is white."""
+        radii = self._radii(places)
+        turns = np.arange(12) * (2.0 * np.pi / 12)
+        ring = np.column_stack([np.cos(turns), np.sin(turns)])
+        spots = np.concatenate([np.zeros((1, 2)), 0.5 * CORE * ring, CORE * ring])
+        pixels = centres[:, np.newaxis] + radii[:, np.newaxis, np.newaxis] * spots
+        maps = pixels.astype(np.float32)
+        seen = cv2.remap(picture, maps[..., 0], maps[..., 1], cv2.INTER_LINEAR)
+        nearest = np.clip(np.round(centres).astype(int), 0, np.array(self.camera.size) - 1)
+        local = self.cloth.colour[nearest[:, 1], nearest[:, 0]].mean(axis=-1)
+        light = np.maximum(gain * local / self._light, 0.2)
+        seen = seen.astype(np.float64) / light[:, np.newaxis, np.newaxis]
+        bright = seen.max(axis=-1)
+        white = (seen.min(axis=-1) > 0.72 * bright) & (bright > 110.0)
+        counted = ~white | (white.sum(axis=1) > len(spots) - LEAST_COLOURED)[:, np.newaxis]
+        kept = np.where(counted[..., np.newaxis], seen, np.nan)
+        return np.nanmedian(kept, axis=1), white.mean(axis=1)

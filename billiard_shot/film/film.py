@@ -1,0 +1,313 @@
+"""
+From a film to a recording: the table, the balls of each picture, their tracks, and the shots.
+
+A shot is what lies between two rests. Its times count from its strike, which is found between two
+pictures: the struck ball slows down evenly at first, so its way is a parabola that begins at rest.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path as FilePath
+
+import numpy as np
+from numpy.typing import NDArray
+
+from billiard_shot.calibration.recording import RecordedShot, Recording, Track
+from billiard_shot.film.balls import BallFinder
+from billiard_shot.film.cloth import fit_cloth
+from billiard_shot.film.kinds import named
+from billiard_shot.film.lens import Floats
+from billiard_shot.film.reading import Film, FilmError, LARGEST_MOVE, Steady, STILL
+from billiard_shot.film.table_in_picture import find_table, FoundTable
+from billiard_shot.film.tracks import LEAST_SEEN, Path, rows_of, Tracker
+from billiard_shot.scene import Scene
+from billiard_shot.table.run.outline import outline_of
+
+Bytes = NDArray[np.uint8]
+
+WINDOW = 0.12
+"""Time within which motion shows [s]."""
+
+MOVED, DEVIATIONS = 0.003, 5.0
+"""A ball moves if it goes so far in that time [m], and so many deviations of its place."""
+
+REST = 0.2
+"""Shots are apart by so long a rest [s]."""
+
+LEAST_WAY = 0.05
+"""Shorter ways are no shot [m]."""
+
+BEFORE, AFTER = 0.5, 0.3
+"""Time before the strike and after the last motion that belongs to a shot [s]."""
+
+LAUNCH = 0.15
+"""Time after the strike that tells when it was [s]."""
+
+LEAST_SEEN_PART = 0.9
+"""If a ball is seen in a smaller part of the pictures of a shot, a note says so."""
+
+UNSEEN = 1.0
+"""A ball that is not seen for so long at the end of a film is noted [s]."""
+
+UPSIDE_DOWN = 0.3
+"""How much the lower side of a picture points up, at least, if the film is upside down."""
+
+
+@dataclass(frozen=True, slots=True)
+class Shot:
+    """Times of a shot in the film [s]: its strike, what its samples span, and the struck ball."""
+
+    strike: float
+    begin: float
+    end: float
+    struck: str
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FilmResult:
+    """
+    What was found in a film.
+
+    Attributes
+    ----------
+    recording : Recording
+        In the frame of the table; times count from the strikes.
+    table : FoundTable
+    balls : mapping of str to Path
+        Whole tracks, with the times of the film.
+    shots : tuple of Shot
+    pictures : list of (float, picture)
+        Times [s], and pictures (height, width, 3), RGB.
+    given_up : list of (Path, str)
+        Tracks that are no balls, and why.
+    notes : list of str
+        What was found, and what was given up.
+
+    """
+
+    recording: Recording
+    table: FoundTable
+    balls: Mapping[str, Path]
+    shots: tuple[Shot, ...]
+    pictures: list[tuple[float, Bytes]]
+    given_up: list[tuple[Path, str]]
+    notes: list[str]
+
+
+def read_film(
+    path: FilePath,
+    scene: Scene,
+    corners: Floats | None = None,
+    readout: float = 0.0,
+    progress: Callable[[int], None] = lambda done: None,
+) -> FilmResult:
+    """
+    Track the balls of a film.
+
+    Parameters
+    ----------
+    path : Path
+    scene : Scene
+        Its table, and the balls that are on it.
+    corners : (4, 2) float array, optional
+        Where the lines of the noses cross in the first picture [px]; by default they are found.
+    readout : float
+        Time from the first to the last row of a picture [s].
+    progress : callable
+        Called with the number of pictures that are done.
+
+    Raises
+    ------
+    FilmError, NoTableError
+        If the film has no table in sight, moves too much, or cannot be read.
+
+    """
+    film = Film(path, readout)
+    samples = film.samples()
+    height = outline_of(scene).height
+    middle = _median([picture for _, picture in samples])
+    table = find_table(middle, scene, corners)
+    cloth = fit_cloth(middle, table.camera, height)
+    steady = Steady(samples[0][1], cloth.bed)
+    move = steady.largest([picture for _, picture in samples])
+    if move > LARGEST_MOVE * table.camera.size[0]:
+        raise FilmError(f'{path}: the camera moves too much ({move:.0f} px): fix it')
+    notes = []
+    if move > STILL:
+        notes.append(f'the camera moves by up to {move:.1f} px: taken out with marks of the rails')
+        held = [steady.held(picture) for _, picture in samples]
+        middle = _median([picture for picture in held if picture is not None])
+        table = find_table(middle, scene, corners)
+        cloth = fit_cloth(middle, table.camera, height)
+    notes += table.notes
+    if table.camera.rotation[1, 2] > UPSIDE_DOWN:
+        notes.append('the film is upside down, and is read as it is')
+    finder = BallFinder(table.camera, cloth, scene.ball.radius)
+    tracker, times, lost = Tracker(scene.ball.radius), [], 0
+    for number, (time, turns, taken) in enumerate(film.pictures()):
+        picture = steady.held(taken) if move > STILL else taken
+        if picture is None or picture.shape[1::-1] != table.camera.size:
+            lost += 1
+            continue
+        seen = finder.find(picture, tracker.expected(time))
+        tracker.add(seen, time, time + film.row_time(seen.pixel, turns, table.camera.size))
+        times.append(time)
+        progress(number + 1)
+    if lost:
+        notes.append(f'{lost} pictures are left out: the camera moved out of sight of its marks')
+    paths = [path for path in tracker.paths if len(path.time) >= LEAST_SEEN]
+    balls, given_up = named(paths, list(scene.balls))
+    notes += [f'ball {name!r} was not found' for name in scene.balls if name not in balls]
+    notes += _doubts(tracker, balls)
+    notes += [
+        f'{name!r} is not seen after {ball.time[-1]:.2f} s: pocketed, or hidden'
+        for name, ball in balls.items()
+        if ball.time[-1] < times[-1] - UNSEEN
+    ]
+    shots, about = find_shots(balls, np.array(times))
+    seen_at = np.array(times)
+    recorded = [_recorded(str(k + 1), shot, balls, seen_at, about) for k, shot in enumerate(shots)]
+    kept = tuple(shot for shot in recorded if shot is not None)
+    recording = Recording(str(path), kept, ignored=tuple(about))
+    return FilmResult(
+        recording,
+        table,
+        balls,
+        tuple(shots),
+        samples,
+        given_up,
+        list(dict.fromkeys(notes + about)),
+    )
+
+
+def _median(pictures: list[Bytes]) -> Bytes:
+    return np.median(pictures, axis=0).astype(np.uint8)
+
+
+def _doubts(tracker: Tracker, balls: Mapping[str, Path]) -> list[str]:
+    """Say which balls may have been exchanged, and when that was first."""
+    found: dict[tuple[str, str], float] = {}
+    for at, *paths in tracker.unsure:
+        names = [n for n, ball in balls.items() if any(p.time[0] in ball.time for p in paths)]
+        if len(names) == 2:
+            found.setdefault((names[0], names[1]), at)
+    return [
+        f'{one!r} and {other!r} may have been exchanged at {at:.2f} s'
+        for (one, other), at in found.items()
+    ]
+
+
+def find_shots(balls: Mapping[str, Path], times: Floats) -> tuple[list[Shot], list[str]]:
+    """
+    Cut tracks into shots by rests.
+
+    Parameters
+    ----------
+    balls : mapping of str to Path
+    times : (n,) float array
+        Of the pictures [s].
+
+    Returns
+    -------
+    shots : list of Shot
+    notes : list of str
+        What is no shot, and why.
+
+    """
+    moving, notes, shots = np.zeros(len(times), bool), [], []
+    for path in balls.values():
+        moving |= _moving(rows_of(path), times)
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], moving, [False]]).astype(int)))
+    spans: list[list[float]] = []
+    for first, last in edges.reshape(-1, 2):
+        begin, end = float(times[first]), float(times[last - 1])
+        if spans and begin - spans[-1][1] < REST:
+            spans[-1][1] = end
+        else:
+            spans.append([begin, end])
+    for k, (begin, end) in enumerate(spans):
+        rows = {name: rows_of(path) for name, path in balls.items()}
+        ways = {name: _way(each, begin, end) for name, each in rows.items()}
+        if max(ways.values(), default=0.0) < LEAST_WAY:
+            notes.append(f'{begin:.2f} to {end:.2f} s: no ball moves {1e3 * LEAST_WAY:.0f} mm')
+            continue
+        if begin < times[0] + REST:
+            notes.append(f'until {end:.2f} s: left out, because it begins before the film')
+            continue
+        starts = {n: _strike(rows[n], begin) for n, way in ways.items() if way > 0.2 * LEAST_WAY}
+        struck = min(starts, key=lambda name: starts[name])
+        strike = starts[struck]
+        if end > times[-1] - 0.5 * WINDOW:
+            notes.append(f'shot at {strike:.2f} s: the film ends before its balls rest')
+        before = spans[k - 1][1] + 0.5 * REST if k else times[0]
+        after = spans[k + 1][0] - 0.5 * REST if k + 1 < len(spans) else times[-1]
+        shots.append(Shot(strike, max(begin - BEFORE, before), min(end + AFTER, after), struck))
+    return shots, notes
+
+
+def _moving(rows: Floats, times: Floats) -> NDArray[np.bool_]:
+    """Return at which times a ball moves."""
+    before = np.clip(np.searchsorted(rows[:, 0], times - 0.5 * WINDOW), 0, len(rows) - 1)
+    after = np.clip(np.searchsorted(rows[:, 0], times + 0.5 * WINDOW), 0, len(rows) - 1)
+    away = np.linalg.norm(rows[after, 1:3] - rows[before, 1:3], axis=1)
+    limit = np.maximum(MOVED, DEVIATIONS * np.hypot(rows[before, 3], rows[after, 3]))
+    seen = np.abs(rows[after, 0] - times) + np.abs(times - rows[before, 0]) < 3.0 * WINDOW
+    moves: NDArray[np.bool_] = (away > limit) & seen
+    return moves
+
+
+def _way(rows: Floats, begin: float, end: float) -> float:
+    """Return how far a ball comes from where it was [m]."""
+    within = rows[(rows[:, 0] > begin - WINDOW) & (rows[:, 0] < end + WINDOW), 1:3]
+    return float(np.linalg.norm(within - within[:1], axis=1).max(initial=0.0))
+
+
+def _strike(rows: Floats, begin: float) -> float:
+    """Return when a ball began to move [s], from its rest and from its first way."""
+    rest = rows[(rows[:, 0] > begin - 2.0 * WINDOW) & (rows[:, 0] < begin - 0.1 * WINDOW)]
+    rest = rest if len(rest) > 2 else rows[rows[:, 0] <= begin][-3:]
+    if not len(rest):
+        return float(rows[0, 0])
+    place = np.median(rest[:, 1:3], axis=0)
+    away = np.linalg.norm(rows[:, 1:3] - place, axis=1)
+    limit = np.maximum(MOVED, DEVIATIONS * rows[:, 3])
+    later = np.flatnonzero((rows[:, 0] > begin - 0.5 * WINDOW) & (away > limit))
+    if not len(later):
+        return np.inf
+    first = later[0]
+    launch = first + np.flatnonzero(rows[first:, 0] < rows[first, 0] + LAUNCH)
+    best = float(rows[first, 0])
+    for count in range(len(launch), 1, -1):
+        some = launch[:count]
+        time = rows[some, 0] - rows[first, 0]
+        fit = np.polyfit(time, away[some], 2 if count > 4 else 1)
+        off = np.abs(np.polyval(fit, time) - away[some]).max()
+        if off < 3.0 * float(np.median(rows[some, 3])) or count == 2:
+            roots = np.roots(fit)
+            near = roots[np.abs(roots.imag) < 1e-9].real
+            near = near[(near < 1e-3) & (near > -2.0 * WINDOW)]
+            best += float(near.max()) if len(near) else 0.0
+            break
+    return best
+
+
+def _recorded(
+    name: str, shot: Shot, balls: Mapping[str, Path], times: Floats, notes: list[str]
+) -> RecordedShot | None:
+    """Return the tracks of a shot, or note why it is left out."""
+    tracks = {}
+    pictures = np.count_nonzero((times >= shot.begin) & (times <= shot.end))
+    for ball, path in balls.items():
+        rows = rows_of(path)
+        rows = rows[(rows[:, 0] >= shot.begin) & (rows[:, 0] <= shot.end)]
+        if len(rows) >= LEAST_SEEN:
+            _, first = np.unique(rows[:, 0], return_index=True)
+            rows = rows[first]
+            if len(rows) < LEAST_SEEN_PART * pictures:
+                part = f'{len(rows)} of {pictures} pictures'
+                notes.append(f'shot {name}: {ball!r} is seen in {part}')
+            tracks[ball] = Track(rows[:, 0] - shot.strike, rows[:, 1:3], rows[:, 3])
+    if shot.struck not in tracks:
+        notes.append(f'shot {name} is left out: too few sights of {shot.struck!r}')
+        return None
+    return RecordedShot(name, tracks, struck=shot.struck, start=0.0)
