@@ -6,6 +6,8 @@ from pathlib import Path
 import sys
 from typing import Any
 
+import numpy as np
+
 from billiard_shot.calibration.reader import write_csv
 from billiard_shot.cli.options import option, positional
 from billiard_shot.cli.output import DONE, FAILED, reporting
@@ -19,7 +21,7 @@ from billiard_shot.table.run.outline import outline_of
 @dataclass(frozen=True)
 class OfFilm:
     """
-    The film, the scene, and the output.
+    The film, the scene, and the files to write.
 
     Parameters
     ----------
@@ -31,8 +33,8 @@ class OfFilm:
         Recording to write; beside it, FILE.yaml describes it, and FILE.html shows the film with
         what was found.
     corners : U,V
-        Pixels of the four corners of the noses, told by four clicks on the page (default: they
-        are found).
+        Pixels of the four corners of the noses, told by four clicks on the page (default: they are
+        found).
     readout : T
         Time that the camera takes to read all rows of a picture, in s (default: %(default)g).
 
@@ -41,8 +43,8 @@ class OfFilm:
     film: Path = positional()
     scene: str = 'carom'
     output: Path = option('-o', required=True)
-    corners: tuple[str, str, str, str] | None = None
-    readout: float = number('s', minimum=0, maximum=0.1, default=0.0)
+    corners: tuple[str, str, str, str] | None = option(metavar='U,V')
+    readout: float = number('s', minimum=0.0, maximum=0.1, default=0.0)
 
 
 OPTIONS = (OfFilm(),)
@@ -87,12 +89,10 @@ def run(options: argparse.Namespace) -> int:
     return DONE
 
 
-def _corners_of(words: list[str] | None) -> Any:
+def _corners_of(words: tuple[str, ...] | None) -> Any:
     """Return corners (4, 2) [px] from words such as 12.5,80."""
     if words is None:
         return None
-    import numpy as np
-
     try:
         corners = np.array([[float(part) for part in word.split(',')] for word in words])
     except ValueError:
