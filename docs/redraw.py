@@ -2,7 +2,7 @@
 Draw the pictures of docs/figures anew: python docs/redraw.py [NAME.png ...] (default: all).
 
 Two are screenshots: view.jpg of `billiard-shot view`, foxglove.png of Foxglove. games-rack.png is
-drawn by `benchmarks/games.py --write`.
+drawn by `benchmarks/games.py --write`, and those of films by `benchmarks/film.py --write`.
 """
 
 import os
@@ -22,7 +22,8 @@ from billiard_shot.cli import main
 from studies import figures, laws, methods
 
 SCREENSHOTS = {'view.jpg', 'foxglove.png'}
-MEASURED = {'games-rack.png'}
+FILMS = {'film-overhead.jpg', 'film-oblique-green.jpg', 'film-aside.jpg'}
+MEASURED = {'games-rack.png', *FILMS}
 STUDIES = (
     'study accuracy --picture tolerance.png',
     'map pool_table --ball 8 --ball-at 0.5 0.2 --grid 24x12 --picture success-map.png',

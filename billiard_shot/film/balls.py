@@ -3,7 +3,7 @@ Balls in a picture: outlines of the size and at the place that the camera gives.
 
 Spots that differ from the cloth propose centres. Each proposed ball is then moved until its
 outline lies on edges, all around: rays cross the outline, and each finds where the difference from
-the cloth falls to half. Rays towards another ball do not count, so that balls that touch do not
+the cloth falls. Rays towards another ball do not count, so that balls that touch do not
 disturb each other. What has no such outline, as a hand, a cue or a shadow, is no ball.
 """
 
@@ -18,6 +18,13 @@ from billiard_shot.film.lens import Camera, Floats
 
 RAYS, SAMPLES = 40, 29
 """Around an outline, and along a ray."""
+
+LEVEL = 0.3
+"""
+An edge is where the difference from the cloth falls to this part of that inside.
+
+Less than a half, as the dark side of a ball differs less than its middle.
+"""
 
 INSIDE, OUTSIDE = 0.5, 0.45
 """How far a ray begins inside and ends outside of the outline [radii]."""
@@ -34,8 +41,8 @@ LEAST_RADIUS = 5.0
 LEAST_RAYS, MOST_SCATTER = 0.5, 0.12
 """Of the rays, that must find an edge, and how far these scatter at most [radii]."""
 
-CLOSE = 1.06
-"""A ray that ends within so many radii of another centre sees the other ball [radii]."""
+CLOSE = 1.26
+"""A ray whose outline is within so many radii of another centre sees the other ball."""
 
 SIZE_SPREAD = 0.06
 """Deviation of the radius of an outline, by blur and light [radii]."""
@@ -131,21 +138,18 @@ class BallFinder:
         proposed = self._propose(picture, gain)
         if expected is not None and len(expected):
             proposed = np.concatenate([proposed, expected])
-        places = self._apart_from_others(proposed)
-        if not len(places):
-            none = np.empty(0)
-            return Seen(np.empty((0, 2)), none, np.empty((0, 2)), np.empty((0, 3)), none)
-        good = np.ones(len(places), bool)
+        places = proposed[self._distinct(proposed, 0.7)]
+        sigma = np.empty(0)
         for k in range(ROUNDS):
-            places, sigma, good = self._settle(whole, gain, places)
-            inside = (np.abs(places) < self.camera.half + self.radius).all(axis=1)
-            if k >= 1:  # what is no ball must not hide its neighbours
-                places, sigma = places[good & inside], sigma[good & inside]
-                order = np.argsort(sigma)
-                kept = self._distinct(places[order])
-                places, sigma = places[order][kept], sigma[order][kept]
             if not len(places):
-                break
+                return Seen(places, np.empty(0), np.empty((0, 2)), np.empty((0, 3)), np.empty(0))
+            places, sigma, good = self._settle(whole, gain, places)
+            if k > 0:  # what is no ball must not hide its neighbours
+                good &= (np.abs(places) < self.camera.half + self.radius).all(axis=1)
+                places, sigma = places[good], sigma[good]
+                order = np.argsort(sigma)
+                kept = order[self._distinct(places[order])]
+                places, sigma = places[kept], sigma[kept]
         centres = self.camera.project(self._lifted(places))
         colour, white = self._colours(whole, gain, centres, places)
         return Seen(places, sigma, centres, colour, white)
@@ -158,15 +162,13 @@ class BallFinder:
         depth = cv2.distanceTransform(spots.astype(np.uint8), cv2.DIST_L2, 5)
         around = cv2.dilate(depth, np.ones((5, 5), np.uint8))
         v, u = np.nonzero((depth >= around) & (depth > 0.3 * LEAST_RADIUS))
-        pixels = float(self._scale) * np.column_stack([u, v]) + 0.5 * (self._scale - 1)
+        pixels: Floats = np.column_stack([u, v]).astype(np.float64)
+        pixels = self._scale * pixels + 0.5 * (self._scale - 1)
         places = self.camera.to_plane(pixels, self.radius)
         ratio = depth[v, u] * self._scale / np.maximum(self._radii(places), 1e-9)
         fits = np.flatnonzero((ratio > 0.5) & (ratio < 2.0))
         order = fits[np.argsort(np.abs(ratio[fits] - 1.0))][:MOST_PROPOSED]
         return places[order]
-
-    def _apart_from_others(self, places: Floats) -> Floats:
-        return places[self._distinct(places, 0.7)]
 
     def _distinct(self, places: Floats, least: float = 1.6) -> NDArray[np.int64]:
         """Return the places that are so many radii away from all before them."""
@@ -191,18 +193,18 @@ class BallFinder:
         pixels = outline[:, :, np.newaxis] + steps[..., np.newaxis] * away[:, :, np.newaxis]
         differs = self._differences(picture, gain, pixels)
         inner = differs[..., (parts > -0.4) & (parts < -0.15)].mean(axis=-1)
-        half = 0.5 * inner
-        below = differs < half[..., np.newaxis]
+        level = LEVEL * inner
+        below = differs < level[..., np.newaxis]
         first = np.clip(below.argmax(axis=-1), 1, SAMPLES - 1)[..., np.newaxis]
         high = np.take_along_axis(differs, first - 1, -1)[..., 0]
         low = np.take_along_axis(differs, first, -1)[..., 0]
-        part = np.clip((high - half) / np.maximum(high - low, 1e-6), 0.0, 1.0)
+        part = np.clip((high - level) / np.maximum(high - low, 1e-6), 0.0, 1.0)
         edge = radii * (parts[first[..., 0] - 1] + part * (parts[1] - parts[0]))  # [px]
         clear = below.any(axis=-1) & ~below[..., 0] & (inner > self._least)
         clear &= ~self._towards_others(middle, outline, radii)
         return self._moved(places, lifted, away, radii, edge, clear)
 
-    def _differences(self, picture: Pixels, gain: float, pixels: Floats) -> Floats:
+    def _differences(self, picture: Pixels, gain: float, pixels: Floats) -> Pixels:
         """Return how far pixels (..., 2) are from the cloth."""
         flat = pixels.reshape(len(pixels), -1, 2).astype(np.float32)
         seen = cv2.remap(picture, flat[..., 0], flat[..., 1], cv2.INTER_LINEAR)
@@ -218,7 +220,7 @@ class BallFinder:
         # Of two proposals for one ball, neither hides the other.
         apart_px = np.linalg.norm(middle[:, np.newaxis] - middle, axis=-1)
         same = (apart_px < 1.2 * mean)[:, np.newaxis]
-        hidden: NDArray[np.bool_] = ((far < (CLOSE + 0.2) * mean) & ~own & ~same).any(axis=-1)
+        hidden: NDArray[np.bool_] = ((far < CLOSE * mean) & ~own & ~same).any(axis=-1)
         return hidden
 
     def _moved(

@@ -43,11 +43,14 @@ BEFORE, AFTER = 0.5, 0.3
 LAUNCH = 0.15
 """Time after the strike that tells when it was [s]."""
 
+MOST_SCATTER = 0.003
+"""A track whose places are farther from the middle of their neighbours is no ball [m]."""
+
 LEAST_SEEN_PART = 0.9
 """If a ball is seen in a smaller part of the pictures of a shot, a note says so."""
 
 UNSEEN = 1.0
-"""A ball that is not seen for so long at the end of a film is noted [s]."""
+"""A ball that is not seen for so long at the begin or the end of a film is noted [s]."""
 
 UPSIDE_DOWN = 0.3
 """How much the lower side of a picture points up, at least, if the film is upside down."""
@@ -155,33 +158,39 @@ def read_film(
         progress(number + 1)
     if lost:
         notes.append(f'{lost} pictures are left out: the camera moved out of sight of its marks')
-    paths = [path for path in tracker.paths if len(path.time) >= LEAST_SEEN]
-    balls, given_up = named(paths, list(scene.balls))
+    seen_often = [path for path in tracker.paths if len(path.time) >= LEAST_SEEN]
+    shaking = [path for path in seen_often if _scatter(path) > MOST_SCATTER]
+    balls, given_up = named([p for p in seen_often if p not in shaking], list(scene.balls))
+    given_up += [(path, 'its place shakes as that of no ball') for path in shaking]
     notes += [f'ball {name!r} was not found' for name in scene.balls if name not in balls]
     notes += _doubts(tracker, balls)
+    notes += [
+        f'{name!r} is not seen before {ball.time[0]:.2f} s: in a rack, or hidden'
+        for name, ball in balls.items()
+        if ball.time[0] > times[0] + UNSEEN
+    ]
     notes += [
         f'{name!r} is not seen after {ball.time[-1]:.2f} s: pocketed, or hidden'
         for name, ball in balls.items()
         if ball.time[-1] < times[-1] - UNSEEN
     ]
-    shots, about = find_shots(balls, np.array(times))
     seen_at = np.array(times)
-    recorded = [_recorded(str(k + 1), shot, balls, seen_at, about) for k, shot in enumerate(shots)]
-    kept = tuple(shot for shot in recorded if shot is not None)
-    recording = Recording(str(path), kept, ignored=tuple(about))
-    return FilmResult(
-        recording,
-        table,
-        balls,
-        tuple(shots),
-        samples,
-        given_up,
-        list(dict.fromkeys(notes + about)),
+    shots, about = find_shots(balls, seen_at)
+    recorded = tuple(
+        _recorded(str(k + 1), shot, balls, seen_at, about) for k, shot in enumerate(shots)
     )
+    recording = Recording(str(path), recorded, ignored=tuple(about))
+    return FilmResult(recording, table, balls, tuple(shots), samples, given_up, notes + about)
 
 
 def _median(pictures: list[Bytes]) -> Bytes:
     return np.median(pictures, axis=0).astype(np.uint8)
+
+
+def _scatter(path: Path) -> float:
+    """Return how far places are from the middle of their neighbours [m], as a median."""
+    bends = np.diff(np.array(path.place), n=2, axis=0)
+    return 0.5 * float(np.median(np.linalg.norm(bends, axis=1)))
 
 
 def _doubts(tracker: Tracker, balls: Mapping[str, Path]) -> list[str]:
@@ -293,21 +302,18 @@ def _strike(rows: Floats, begin: float) -> float:
 
 def _recorded(
     name: str, shot: Shot, balls: Mapping[str, Path], times: Floats, notes: list[str]
-) -> RecordedShot | None:
-    """Return the tracks of a shot, or note why it is left out."""
+) -> RecordedShot:
+    """Return the tracks of a shot, and note what is missing."""
     tracks = {}
     pictures = np.count_nonzero((times >= shot.begin) & (times <= shot.end))
     for ball, path in balls.items():
         rows = rows_of(path)
         rows = rows[(rows[:, 0] >= shot.begin) & (rows[:, 0] <= shot.end)]
-        if len(rows) >= LEAST_SEEN:
+        if len(rows):
             _, first = np.unique(rows[:, 0], return_index=True)
             rows = rows[first]
             if len(rows) < LEAST_SEEN_PART * pictures:
                 part = f'{len(rows)} of {pictures} pictures'
                 notes.append(f'shot {name}: {ball!r} is seen in {part}')
             tracks[ball] = Track(rows[:, 0] - shot.strike, rows[:, 1:3], rows[:, 3])
-    if shot.struck not in tracks:
-        notes.append(f'shot {name} is left out: too few sights of {shot.struck!r}')
-        return None
     return RecordedShot(name, tracks, struck=shot.struck, start=0.0)

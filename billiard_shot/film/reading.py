@@ -77,7 +77,7 @@ class Film:
         if frame.time is None:
             raise FilmError(f'{self.path}: its pictures have no times')
         turns = round(float(frame.rotation) / 90.0) % 4
-        picture = np.ascontiguousarray(np.rot90(frame.to_ndarray(format='rgb24'), turns))
+        picture: Bytes = np.ascontiguousarray(np.rot90(frame.to_ndarray(format='rgb24'), turns))
         return float(frame.time), turns, picture
 
     def samples(self) -> list[tuple[float, Bytes]]:
@@ -101,6 +101,10 @@ class Film:
         across = pixels / np.array(size)
         part = (across[:, 1], across[:, 0], 1.0 - across[:, 1], 1.0 - across[:, 0])[turns]
         return self.readout * part
+
+
+LEAST_HELD = 0.75
+"""Of the pictures, whose marks must be seen."""
 
 
 class Steady:
@@ -146,13 +150,12 @@ class Steady:
         return cv2.warpAffine(picture, move, picture.shape[1::-1], flags=flags)
 
     def largest(self, pictures: list[Bytes]) -> float:
-        """Return the largest move of pictures [px]; infinite if one of them is lost."""
+        """Return the largest move of pictures [px]; infinite if too many of them are lost."""
         height, width = self._first.shape
         corners = np.array([[0, 0, 1], [width, 0, 1], [0, height, 1], [width, height, 1]], float)
         if len(self._marks) < LEAST_MARKS:
             return 0.0
-        moves = [self.move(each) for each in pictures]
-        return max(
-            np.inf if each is None else float(np.abs(corners @ each.T - corners[:, :2]).max())
-            for each in moves
-        )
+        moves = [move for move in map(self.move, pictures) if move is not None]
+        if len(moves) < LEAST_HELD * len(pictures):
+            return np.inf
+        return max(float(np.abs(corners @ move.T - corners[:, :2]).max()) for move in moves)

@@ -46,9 +46,6 @@ SEARCHES = (0.025, 0.012, 0.012)
 ALONG, MEAN = 90, 15
 """Lines across a nose, and the neighbours that are averaged."""
 
-STEEPER = 2.0
-"""The step at a nose is steeper than the median of the slopes around it by this factor."""
-
 NEAR_POCKET, NEAR_CORNER = 0.12, 0.04
 """Noses nearer to the middle of a pocket, or to the end of a side, are not used [m]."""
 
@@ -296,8 +293,7 @@ def _noses(
         along_picture = np.gradient(lines[:, 0], axis=0)
         across = np.column_stack([-along_picture[:, 1], along_picture[:, 0]])
         across /= np.linalg.norm(across, axis=1, keepdims=True)
-        good = inside & (slope.max(axis=1) > STEEPER * np.median(slope, axis=1))
-        found.append((at[good], (lines[:, 0] + part * way)[good], across[good]))
+        found.append((at[inside], (lines[:, 0] + part * way)[inside], across[inside]))
     return Edges(*(np.concatenate(each) for each in zip(*found, strict=True)))
 
 

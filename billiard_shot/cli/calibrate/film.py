@@ -1,61 +1,58 @@
 """`billiard-shot calibrate film`: a recording from a film of a table."""
 
 import argparse
+from dataclasses import dataclass
 from pathlib import Path
 import sys
 from typing import Any
 
+import numpy as np
+
 from billiard_shot.calibration.reader import write_csv
+from billiard_shot.cli.options import option, positional
 from billiard_shot.cli.output import DONE, FAILED, reporting
 from billiard_shot.pictures.view import write_text
 from billiard_shot.scene import Scene
 from billiard_shot.scene.errors import must_be
+from billiard_shot.scene.fields import number
 from billiard_shot.table.run.outline import outline_of
 
-LONGEST_READOUT = 0.1  # s
+
+@dataclass(frozen=True)
+class OfFilm:
+    """
+    The film, the scene, and the files to write.
+
+    Parameters
+    ----------
+    film : FILM
+        A film, such as shots.mp4.
+    scene : SCENE
+        Its table with stated length and width, and its balls (default: %(default)s).
+    output : FILE.csv
+        Recording to write; beside it, FILE.yaml describes it, and FILE.html shows the film with
+        what was found.
+    corners : U,V
+        Pixels of the four corners of the noses, told by four clicks on the page (default: they are
+        found).
+    readout : T
+        Time that the camera takes to read all rows of a picture, in s (default: %(default)g).
+
+    """
+
+    film: Path = positional()
+    scene: str = 'carom'
+    output: Path = option('-o', required=True)
+    corners: tuple[str, str, str, str] | None = option(metavar='U,V')
+    readout: float = number('s', minimum=0.0, maximum=0.1, default=0.0)
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add options for film, scene and output."""
-    parser.add_argument('film', type=Path, metavar='FILM', help='a film, such as shots.mp4')
-    parser.add_argument(
-        '--scene',
-        default='carom',
-        metavar='SCENE',
-        help='its table with stated length and width, and its balls (default: %(default)s)',
-    )
-    parser.add_argument(
-        '-o',
-        '--output',
-        type=Path,
-        required=True,
-        metavar='FILE.csv',
-        help='recording to write; beside it, FILE.yaml describes it, and FILE.html shows the film '
-        'with what was found',
-    )
-    parser.add_argument(
-        '--corners',
-        nargs=4,
-        metavar='U,V',
-        help='pixels of the four corners of the noses, told by four clicks on the page (default: '
-        'they are found)',
-    )
-    parser.add_argument(
-        '--readout',
-        type=float,
-        default=0.0,
-        metavar='T',
-        help='time that the camera takes to read all rows of a picture, in s (default: 0)',
-    )
+OPTIONS = (OfFilm(),)
 
 
 def run(options: argparse.Namespace) -> int:
     """Track the balls and write the files; ValueError for a film that cannot be used."""
     corners = _corners_of(options.corners)
-    if not 0.0 <= options.readout <= LONGEST_READOUT:
-        raise ValueError(
-            f'--readout {must_be(f"from 0 to {LONGEST_READOUT:g}", options.readout, "s")}'
-        )
     scene = Scene.load(options.scene)
     if scene.table is None or len(scene.balls) < 1:
         raise ValueError(f'--scene {must_be("a scene with a table and balls", options.scene)}')
@@ -92,12 +89,10 @@ def run(options: argparse.Namespace) -> int:
     return DONE
 
 
-def _corners_of(words: list[str] | None) -> Any:
+def _corners_of(words: tuple[str, ...] | None) -> Any:
     """Return corners (4, 2) [px] from words such as 12.5,80."""
     if words is None:
         return None
-    import numpy as np
-
     try:
         corners = np.array([[float(part) for part in word.split(',')] for word in words])
     except ValueError:
