@@ -24,9 +24,10 @@ from billiard_shot.calibration.fit import (
     JointFit,
     Launch,
     MapFunction,
-    scales_after,
+    rescaled,
     searched,
     sought_in,
+    whole,
 )
 from billiard_shot.calibration.launch import (
     calibration_model,
@@ -34,21 +35,20 @@ from billiard_shot.calibration.launch import (
     FIRST_SCALES,
     launch_of,
     prior_of,
+    spins_of,
 )
-from billiard_shot.calibration.recording import Floats, Recording
-from billiard_shot.calibration.result import Calibration, Check, searched_check
-from billiard_shot.calibration.samples import (
+from billiard_shot.calibration.reader import read_recordings, Recordings
+from billiard_shot.calibration.recording import (
     check_enough,
-    read_recordings,
-    Recordings,
+    Floats,
+    Recording,
     Samples,
     usable_shots,
 )
-from billiard_shot.calibration.search import spins_of
+from billiard_shot.calibration.result import Calibration, Check, searched_check
 from billiard_shot.calibration.simulator import recording_of, Simulator
-from billiard_shot.scene import Scene, SceneLike
+from billiard_shot.scene import fields, Scene, SceneLike
 from billiard_shot.scene.errors import refused
-from billiard_shot.scene.fields import as_float, positive, whole
 
 FIRST_HORIZON, HORIZON, GROWTH = 0.8, 8.0, 3.0
 """First and last time after the strike that count for common numbers [s], and their ratio."""
@@ -56,7 +56,7 @@ FIRST_HORIZON, HORIZON, GROWTH = 0.8, 8.0, 3.0
 FAR = 10.0
 """How many deviations away numbers elsewhere lie, if these are within half of their ranges."""
 
-WITNESSES = 12
+WITNESSES = 8
 """Number of shots that tell whether numbers elsewhere are better."""
 
 FEW_STEPS, STEPS = 4, 10
@@ -159,11 +159,11 @@ def calibrate(
         recordings = recording_of(recordings, scene, seed=seed)
     read = read_recordings(recordings)
     scene = _named_scene(read) if scene is None else Scene.load(scene)
-    share = as_float(held_out)
+    share = fields.as_float(held_out)
     if not 0.0 <= share <= 0.9:
         raise refused(held_out, 'a number from 0 to 0.9', 'held_out')
-    horizons = _horizons(positive('horizon', horizon, 's'))
-    seed = whole('seed', seed, 0)
+    horizons = _horizons(fields.positive('horizon', horizon, 's'))
+    seed = fields.whole('seed', seed, 0)
     sought = sought_in(scene, read, names)
     usable, ignored, notes = usable_shots(scene, read)
     order = np.random.default_rng(seed).permutation(len(usable)).tolist()
@@ -256,19 +256,19 @@ def _fitted(
         adapts = stage <= last + 1 or state.elsewhere
         problem = problem._replace(horizon=horizons[min(stage, last)])
         work.text = f'first {problem.horizon:g} s'
-        begun = state.launches
-        if not again or state.elsewhere:
-            begun = tuple(replace(each, until=np.inf) for each in begun)
-        steps = STEPS if stage >= last else FEW_STEPS
+        fresh = not again or state.elsewhere
+        begun = whole(state.launches) if fresh else state.launches
         ticking = problem._replace(mapped=work.ticking)
         moved = searched(ticking, state.values, begun, state.scales, (seed, stage), adapts)
-        found = fitted_anew(problem, state.values, moved, state.scales, adapts, steps, work)
-        if len(found.shots) < LEAST_SHOTS:
+        if len(moved) < LEAST_SHOTS:
             raise ValueError(
                 f'recordings must have at least {LEAST_SHOTS} shots that the scene can simulate, '
-                f'got {len(found.shots)} of {len(launches)}: are their places in m, in the frame '
-                'of the table?'
+                f'got {len(moved)} of {len(launches)}: are their places in m, in the frame of the '
+                'table?'
             )
+        found = followed(problem, state.values, moved, state.scales)
+        found = rescaled(found) if adapts else found
+        found = fit(found, STEPS if stage >= last else FEW_STEPS, work.say_error)
         change = np.abs(found.values - state.values) / found.deviations
         better = None
         if again and max(change.max(initial=0.0), found.next_step()[1]) < SETTLED:
@@ -285,24 +285,9 @@ def _fitted(
         values = found.values if better is None else better
         state = CheckpointState(stage + 1, elsewhere, values, found.scales, found.launches)
         if state.stages < stages:
-            saved.write(state, launches)
+            saved.write(state)
     shots = f'unsettled: shots {", ".join(restless)}'
     return found, [shots if restless else 'unsettled: the numbers still move']
-
-
-def fitted_anew(
-    problem: FitProblem,
-    values: Floats,
-    launches: Sequence[Launch],
-    scales: Floats,
-    adapts: bool,
-    steps: int,
-    work: '_Work',
-) -> JointFit:
-    """Fit numbers after a search of launches; if it `adapts`, with scales of its errors."""
-    if adapts:
-        scales = scales_after(followed(problem, values, launches, scales))
-    return fit(problem, values, launches, scales, steps, work.say_error)
 
 
 def better_elsewhere(found: JointFit, seed: Sequence[int], work: '_Work') -> Floats | None:
@@ -310,35 +295,41 @@ def better_elsewhere(found: JointFit, seed: Sequence[int], work: '_Work') -> Flo
     Return numbers elsewhere that fit some of the shots better; None if there are none.
 
     Launches may hide that numbers are wrong, and no small step then leads away: launches would
-    have to jump. So fits begin anew at two opposite places. All samples until the horizon judge
-    them, also those that a fit leaves out.
+    have to jump. So fits begin anew at two pairs of opposite places. All samples until the horizon
+    judge them, also those that a fit leaves out.
     """
     problem = found.problem
     if not len(found.values):
         return None
-    launches = tuple(replace(each, until=np.inf) for each in found.launches[:WITNESSES])
-    least = followed(problem, found.values, launches, FIRST_SCALES).cost - BETTER
+    launches = whole(found.launches[:WITNESSES])
+
+    def cost(values: Floats, launches: Sequence[Launch]) -> float:
+        there = problem._replace(model=problem.model_at(values), sought=())
+        return followed(there, np.zeros(0), whole(launches), FIRST_SCALES).cost
+
+    least = cost(found.values, launches) - BETTER
     reach = np.minimum(0.5 * problem.widths, FAR * found.deviations)
-    away = reach * np.random.default_rng(seed).choice([-1.0, 1.0], len(reach))
-    for values in (found.values + away, found.values - away):
-        values = np.clip(values, *problem.bounds)
+    signs = np.random.default_rng(seed).choice([-1.0, 1.0], len(reach))
+    others = signs * np.resize([1.0, -1.0], len(reach))  # half of them are turned round
+    for away in (signs, -signs, others, -others):
+        values = np.clip(found.values + reach * away, *problem.bounds)
         moved = searched(problem, values, launches, FIRST_SCALES, seed, True)
-        there = fitted_anew(problem, values, moved, FIRST_SCALES, True, STEPS, work)
-        moved = tuple(replace(each, until=np.inf) for each in there.launches)
-        cost = followed(problem, there.values, moved, FIRST_SCALES).cost
-        if len(moved) == len(launches) and cost < least:
+        if len(moved) < len(launches):
+            continue  # these numbers cannot be
+        there = rescaled(followed(problem, values, moved, FIRST_SCALES))
+        there = fit(there, STEPS, work.say_error)
+        if cost(there.values, there.launches) < least:
             return there.values
     return None
 
 
-def _key(launch: Launch) -> tuple[int, str]:
-    return launch.samples.recording, launch.samples.name
+def _key(launch: Launch) -> str:
+    return f'{launch.samples.recording} {launch.samples.name}'
 
 
 def unexplained(found: JointFit) -> list[str]:
     """Name the shots whose beginning is not explained, if these are too many."""
-    launches = [replace(each, until=np.inf) for each in found.launches]
-    names = []
+    names, launches = [], whole(found.launches)
     for each in followed(found.problem, found.values, launches, found.scales).shots:
         samples = each.launch.samples.until(found.problem.horizon)
         ratios = each.errors**2 / (2.0 * (samples.sigma**2 + MODEL_SIGMA**2))
@@ -464,7 +455,7 @@ class Checkpoint:
             return None
         try:
             data = json.loads(self._path.read_text(encoding='utf-8'))
-            key, *state, launches, until = (data[name] for name in FIELDS)
+            key = data['calibration']
         except (ValueError, KeyError, TypeError):
             key = None
         if key != self._key:
@@ -472,37 +463,29 @@ class Checkpoint:
                 f'checkpoint: {self._path} has no state of this calibration; remove it to begin '
                 'anew'
             )
-        found = tuple(
-            replace(shot, numbers=np.array(launches[number]), until=np.array(until[number]))
-            for number, shot in enumerate(shots)
-            if launches[number] is not None
+        stages, elsewhere, values, scales = data['state']
+        launches = tuple(
+            Launch(each.samples, *(np.array(part) for part in data['launches'][_key(each)]))
+            for each in shots
+            if _key(each) in data['launches']
         )
-        stages, elsewhere, values, scales = state
-        return CheckpointState(stages, elsewhere, np.array(values), np.array(scales), found)
+        return CheckpointState(stages, elsewhere, np.array(values), np.array(scales), launches)
 
-    def write(self, state: CheckpointState, shots: Sequence[Launch]) -> None:
-        """Write a state; `shots` are all shots, of which it may have left out some."""
+    def write(self, state: CheckpointState) -> None:
+        """Write a state."""
         if self._path is None:
             return
-        found = {_key(shot): shot for shot in state.launches}
-        kept = [found.get(_key(shot)) for shot in shots]
-        content = (
-            self._key,
-            state.stages,
-            state.elsewhere,
-            state.values.tolist(),
-            state.scales.tolist(),
-            [shot and shot.numbers.tolist() for shot in kept],
-            [shot and np.asarray(shot.until).tolist() for shot in kept],
-        )
+        stages, elsewhere, values, scales, launches = state
+        kept = {
+            _key(each): (each.numbers.tolist(), np.array(each.until).tolist()) for each in launches
+        }
+        row = stages, elsewhere, values.tolist(), scales.tolist()
+        content = {'calibration': self._key, 'state': row, 'launches': kept}
         written = self._path.with_suffix(self._path.suffix + '.new')
-        written.write_text(json.dumps(dict(zip(FIELDS, content, strict=True))), encoding='utf-8')
+        written.write_text(json.dumps(content), encoding='utf-8')
         written.replace(self._path)  # all of it or nothing, also if the process ends now
 
     def remove(self) -> None:
         """Remove the file of a calibration that is done."""
         if self._path is not None:
             self._path.unlink(missing_ok=True)
-
-
-FIELDS = 'calibration', 'stages', 'elsewhere', 'values', 'scales', 'launches', 'until'

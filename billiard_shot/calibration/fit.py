@@ -34,12 +34,11 @@ from billiard_shot.calibration.launch import (
     PLACES,
     refined,
     scales_of,
+    search_launches,
     steps_of,
     ways_of,
 )
-from billiard_shot.calibration.recording import Floats, Recording
-from billiard_shot.calibration.samples import Samples
-from billiard_shot.calibration.search import search_launches
+from billiard_shot.calibration.recording import Floats, Recording, Samples
 from billiard_shot.scene import Scene
 from billiard_shot.scene.scene import Parameter
 
@@ -483,12 +482,12 @@ def follow_launch(
         differences = np.reshape(moved, (len(steps), *best.places[0].shape)) - best.places
         common = differences.reshape(len(steps), errors.size) / steps[:, np.newaxis]
     common[~np.isfinite(common)] = 0.0
-    weights = compared.weights(errors)[0]
-    matrix, follow = _without_launch(own, common, weights, compared.precision)
-    curvature, _ = _without_launch(own, common, compared.curvatures(errors)[0], compared.precision)
-    pull = weights * errors.ravel()
-    gradient = common @ pull + follow.T @ (
-        own @ pull + (numbers - compared.mean) @ compared.precision
+    pull = compared.precision @ (numbers - compared.mean)
+    matrix, gradient, follow = without_own(
+        own, common, compared.weights(errors)[0], errors.ravel(), compared.precision, pull
+    )
+    curvature, *_ = without_own(
+        own, common, compared.curvatures(errors)[0], errors.ravel(), compared.precision, pull
     )
     return ShotFit(
         replace(launch, numbers=numbers),
@@ -502,14 +501,34 @@ def follow_launch(
     )
 
 
-def _without_launch(
-    own: Floats, common: Floats, weights: Floats, precision: Floats
-) -> tuple[Floats, Floats]:
-    """Return the normal matrix of common numbers, and the change of the launch with them."""
-    between = (own * weights) @ common.T
+def without_own(
+    own: Floats, common: Floats, weights: Floats, errors: Floats, precision: Floats, pull: Floats
+) -> tuple[Floats, Floats, Floats]:
+    """
+    Eliminate the own numbers of a shot from its normal equations.
+
+    Parameters
+    ----------
+    own, common : (own, errors) and (common, errors) float array
+        Derivatives of errors by numbers.
+    weights, errors : (errors,) float array
+        [1/m^2] and [m]
+    precision, pull : (own, own) and (own,) float array
+        Of what is known of the own numbers before, and its gradient.
+
+    Returns
+    -------
+    matrix, gradient : (common, common) and (common,) float array
+        Normal equations of the common numbers.
+    follow : (own, common) float array
+        Change of the own numbers with each of these.
+
+    """
     inner = (own * weights) @ own.T + precision
-    follows: Floats = np.negative(np.linalg.solve(inner, between))
-    return (common * weights) @ common.T + between.T @ follows, follows
+    between = (own * weights) @ common.T
+    follow: Floats = np.negative(np.linalg.solve(inner, between))
+    gradient = common @ (weights * errors) + follow.T @ (own @ (weights * errors) + pull)
+    return (common * weights) @ common.T + between.T @ follow, gradient, follow
 
 
 def searched(
@@ -540,41 +559,34 @@ def followed(
     return JointFit(problem, values, scales, tuple(problem.mapped(work, launches)))
 
 
-def scales_after(found: JointFit) -> Floats:
-    """Return the scales of the errors of a fit, which was found with other scales."""
-    return scales_of(
-        np.concatenate([each.times for each in found.shots]),
-        np.concatenate([each.errors for each in found.shots]),
-    )
+def rescaled(found: JointFit) -> JointFit:
+    """Let launches follow with the scales of the errors that they have."""
+    times, errors = ([getattr(each, name) for each in found.shots] for name in ('times', 'errors'))
+    scales = scales_of(np.concatenate(times), np.concatenate(errors))
+    return followed(found.problem, found.values, found.launches, scales)
+
+
+def whole(launches: Iterable[Launch]) -> tuple[Launch, ...]:
+    """Let all samples count, also those after which a path cannot be predicted."""
+    return tuple(replace(each, until=np.inf) for each in launches)
 
 
 def fit(
-    problem: FitProblem,
-    values: Floats,
-    launches: Sequence[Launch],
-    scales: Floats,
-    steps: int,
-    report: Callable[[float], object] = lambda _: None,
+    found: JointFit, steps: int, report: Callable[[float], object] = lambda _: None
 ) -> JointFit:
     """
     Lower the cost of all shots.
 
     Parameters
     ----------
-    problem : FitProblem
-    values : (common,) float array
-        Where the fit begins.
-    launches : sequence of Launch
-        For these values.
-    scales : (knots,) float array
-        Of errors, see `compare` [m].
+    found : JointFit
+        With which the fit begins, see `followed`.
     steps : int
         Largest number of steps.
     report : callable
         Called after each step with the median error of all samples [m].
 
     """
-    found = followed(problem, values, launches, scales)
     for _ in range(steps):
         report(found.error)
         step, ahead = found.next_step()
@@ -586,7 +598,7 @@ def fit(
                 replace(each.launch, numbers=each.launch.numbers + each.follow @ move)
                 for each in found.shots
             ]
-            tried = followed(problem, found.values + move, moved, scales)
+            tried = followed(found.problem, found.values + move, moved, found.scales)
             if tried.cost < found.cost:
                 break
         else:
@@ -702,7 +714,7 @@ def decided(found: JointFit, steps: int, report: Callable[[float], object]) -> J
         k = found.problem.sought.index(number)
         rest = tuple(each for each in found.problem.sought if each is not number)
         problem, values = found.problem._replace(sought=rest), np.delete(found.values, k)
-        tried = fit(problem, values, found.launches, found.scales, steps, report)
+        tried = fit(followed(problem, values, found.launches, found.scales), steps, report)
         return tried if tried.cost <= (1.0 + WORSE) * found.cost else None
 
     return let_go(found, undecided, without)

@@ -23,14 +23,14 @@ from scipy.stats import chi2
 from scipy.stats import t as student
 
 from billiard_shot.calibration.estimate import Estimate, scene_text, yaml_text
-from billiard_shot.calibration.fit import even_until, jackknife, Launch, LEVEL
+from billiard_shot.calibration.fit import even_until, jackknife, Launch, let_go, LEVEL, without_own
 from billiard_shot.calibration.launch import (
     calibration_model,
     CalibrationModel,
     compare,
+    derivatives_of,
     evaluated,
     FIRST_SCALES,
-    normal_equations,
     PLACES,
     prior_of,
     refined,
@@ -39,11 +39,11 @@ from billiard_shot.calibration.launch import (
     ways_of,
 )
 from billiard_shot.calibration.player import estimates_of, with_noise
-from billiard_shot.calibration.recording import CommandedStroke, Floats
-from billiard_shot.calibration.samples import (
+from billiard_shot.calibration.reader import read_recordings, Recordings
+from billiard_shot.calibration.recording import (
     check_enough,
-    read_recordings,
-    Recordings,
+    CommandedStroke,
+    Floats,
     Samples,
     usable_shots,
 )
@@ -227,16 +227,21 @@ def _searched(
         return strike, errors
     compared = compare(samples, scales, until)
     here = evaluated(model, compared, numbers)
-    (matrix,), (gradient,) = normal_equations(model, compared, here)
-    # Without what was likely before; then without the places, which are not asked for (Schur).
-    matrix[:PLACES, :PLACES] -= np.eye(PLACES)
-    gradient[:PLACES] -= numbers[0, :PLACES]
-    share = matrix[:PLACES, PLACES:] @ np.linalg.inv(matrix[PLACES:, PLACES:])
-    information = matrix[:PLACES, :PLACES] - share @ matrix[PLACES:, :PLACES]
-    moment = information @ numbers[0, :PLACES] - gradient[:PLACES] + share @ gradient[PLACES:]
+    (errors_here, (slopes,)) = derivatives_of(model, compared, here)
+    weights = compared.weights(errors_here)[0]
     # Robust weights say too little: with errors that are normal, all samples count alike.
-    away = here.places - compared.samples.place
-    more = compared.share.sum() / (sigma**2 * compared.weights(away)[0, ::2].sum())
+    more = compared.share.sum() / (sigma**2 * weights[::2].sum())
+    prior = compared.precision @ (numbers[0] - compared.mean)
+    # Of the stroke, without the places of the balls, which are not asked for.
+    information, gradient, _ = without_own(
+        slopes[PLACES:],
+        slopes[:PLACES],
+        weights,
+        errors_here.ravel(),
+        compared.precision[PLACES:, PLACES:],
+        prior[PLACES:],
+    )
+    moment = information @ numbers[0, :PLACES] - gradient
     assert samples.command is not None
     unit = 1.0 / sigmas_of(samples.command, radius)
     information = more * unit[:, np.newaxis] * information * unit
@@ -282,12 +287,16 @@ class Common(NamedTuple):
 
 
 def decided_pose(scene: Scene, strikes: Sequence[Strike]) -> Common:
-    """Let the numbers go, one after the other, that strikes do not decide; fit the others."""
-    found = common_numbers(scene, strikes, tuple(NUMBERS))
-    while optional := [name for name in found.undecided if name not in NEEDED]:
-        left = tuple(name for name in found.names if name != optional[0])
-        found = common_numbers(scene, strikes, left)
-    return found
+    """Find the numbers that strikes decide, and those without which a machine cannot play."""
+
+    def undecided(found: Common) -> list[str]:
+        return [name for name in found.undecided if name not in NEEDED]
+
+    def without(found: Common, number: str) -> Common:
+        rest = tuple(name for name in found.names if name != number)
+        return common_numbers(scene, strikes, rest)
+
+    return let_go(common_numbers(scene, strikes, tuple(NUMBERS)), undecided, without)
 
 
 def check_decided(found: Common) -> None:

@@ -34,19 +34,19 @@ from billiard_shot.calibration.launch import (
     contacts_of,
     DIRECTION,
     FIRST_SCALES,
+    search_launches,
     states_of,
 )
-from billiard_shot.calibration.recording import Floats, Recording
-from billiard_shot.calibration.samples import (
+from billiard_shot.calibration.reader import read_recordings, Recordings
+from billiard_shot.calibration.recording import (
     check_enough,
     FIT_PERIOD,
-    read_recordings,
-    Recordings,
+    Floats,
+    Recording,
     Samples,
     samples_of,
     usable_shots,
 )
-from billiard_shot.calibration.search import search_launches
 from billiard_shot.numerics.vectors import wrapped
 from billiard_shot.planning.direct_shots import CentralStrikes, side_error
 from billiard_shot.planning.shots import shots, strikes_of

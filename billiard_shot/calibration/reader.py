@@ -17,7 +17,7 @@ strokes.
 """
 
 # ruff: noqa: RUF009 (the calls in class bodies make fields, as dataclasses.field does)
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 import csv
 import dataclasses
 from dataclasses import dataclass, replace
@@ -51,6 +51,8 @@ from billiard_shot.scene.fields import check, read
 from billiard_shot.scene.files import read_document
 from billiard_shot.scene.player import A, AZIMUTH, B, IN_DEGREES
 from billiard_shot.shot.stroke import Stroke, stroke_from
+
+Recordings = Recording | str | Path | Sequence[Recording | str | Path]
 
 MOST_BYTES = 2**28
 """Largest size of a file: some five million lines."""
@@ -448,6 +450,19 @@ def read_recording(path: str | Path) -> Recording:
     shots = tuple(_named(shot, about) for shot in recording.shots)
     recording = replace(recording, shots=shots, frame=frame, scene=about.scene)
     return with_sigma(recording, about.sigma)
+
+
+def read_recordings(recordings: Recordings) -> list[Recording]:
+    """Read recordings; ValueError names the file, line and field of what is wrong."""
+    if isinstance(recordings, Recording | str | Path):
+        recordings = [recordings]
+    read = [
+        with_sigma(each, None) if isinstance(each, Recording) else read_recording(each)
+        for each in recordings
+    ]
+    if not read:
+        raise refused(recordings, 'at least one recording', 'recordings')
+    return read
 
 
 def _description(path: Path) -> Description:

@@ -1,11 +1,13 @@
 """
 Recordings: where balls were seen during shots, and what else is known of these shots.
 
+Fits take of a shot which ball was struck and when, and all samples after that.
+
 The errors of a tracker are measured from its tracks: while a ball lies or rolls, its places across
 the way are a parabola in time, and those of a short time scatter around it by the errors alone.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 import math
 from typing import NamedTuple
@@ -15,7 +17,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
-from billiard_shot.scene import Noise
+from billiard_shot.scene import Noise, Scene
 from billiard_shot.shot.stroke import Stroke
 
 Floats = NDArray[np.float64]
@@ -35,6 +37,36 @@ LEAST_WINDOWS = 30
 
 MOST_RATIO = 1.5
 """Errors that exceed the stated ones by this factor contradict them."""
+
+MOVED, MOVED_SIGMAS = 3e-3, 4.0
+"""A ball that is farther than this [m], and so many deviations, from its first place has moved."""
+
+FASTEST = 12.0
+"""Speed [m/s] that no ball has: samples that need it are errors of the tracker."""
+
+FIRST_SAMPLES, FIRST_SIGMAS, FIRST_TIME = 4, 20.0, 0.2
+"""
+How many samples tell the first velocity, or until how many deviations from the first place, and
+the longest time between them [s].
+"""
+
+UNEVEN = 0.25
+"""Relative change of velocity between these samples by which the ball has met something."""
+
+START_SIGMA = 8e-3
+"""Standard deviation of the estimated time of a strike [s]."""
+
+LEAST_SAMPLES = 5
+"""Number of samples that the struck ball must have after the strike."""
+
+FIT_PERIOD = 0.06
+"""Samples of a ball that are nearer in time are left out of fits [s]: their errors are alike."""
+
+LONGEST_SHARE = 0.1
+"""Longest time for which a sample stands [s]: what happened in longer gaps is not known."""
+
+MOST_OUTSIDE = 0.05
+"""Part of the places that may be outside of the table, by errors of the tracker."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -240,3 +272,294 @@ def tracking_of(recording: Recording) -> str:
             f'state sigma {measured:.2g} (m), or none: then it is measured'
         )
     return f'{name}; measured: {1e3 * measured:.3g} mm'
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Samples:
+    """
+    A shot from the strike on. Places are those of the recording [m], times begin at the strike.
+
+    Attributes
+    ----------
+    shot : RecordedShot
+    recording : int
+        Number of its recording.
+    balls : tuple of str
+        The struck ball is the first one.
+    start, start_sigma : float
+        Time of the strike in the recording, and its deviation [s].
+    times : (times,) float array
+        Ascending [s].
+    ball, at : (samples,) int array
+        Indices in `balls` and `times`.
+    place : (samples, 2) float array
+    sigma, share : (samples,) float array
+        Deviation [m], and the time for which the sample stands [s].
+    rest : (balls, 2) float array
+        Places before the strike.
+    rest_sigma : (balls,) float array
+        Their deviations [m].
+    velocity : (2,) float array
+        Of the struck ball, estimated from its first samples [m/s].
+    left_out : tuple of str
+        Samples that are errors of the tracker.
+    command : CommandedStroke, optional
+        What tells the launch.
+
+    """
+
+    shot: RecordedShot
+    recording: int
+    balls: tuple[str, ...]
+    start: float
+    start_sigma: float
+    times: Floats
+    ball: NDArray[np.int64]
+    at: NDArray[np.int64]
+    place: Floats
+    sigma: Floats
+    share: Floats
+    rest: Floats
+    rest_sigma: Floats
+    velocity: Floats
+    left_out: tuple[str, ...] = ()
+    command: CommandedStroke | None = None
+
+    @property
+    def name(self) -> str:
+        """The name of the shot."""
+        return self.shot.name
+
+    @property
+    def duration(self) -> float:
+        """Time of the last sample [s]."""
+        return float(self.times[-1])
+
+    @property
+    def time(self) -> Floats:
+        """Times of the samples (samples,) [s]."""
+        return self.times[self.at]
+
+    def until(self, horizon: float | Floats) -> 'Samples':
+        """Return the shot with the samples up to a time, or one for each ball [s]."""
+        last = np.broadcast_to(horizon, len(self.balls))
+        kept = self.time <= last[self.ball]
+        times = self.times[self.times <= last.max()]
+        columns = {name: getattr(self, name)[kept] for name in COLUMNS}
+        return replace(self, times=times, **columns)
+
+
+COLUMNS = 'ball', 'at', 'place', 'sigma', 'share'
+
+
+def samples_of(
+    shot: RecordedShot, rate: float = 1.0, period: float = 0.0, recording: int = 0
+) -> Samples:
+    """
+    Find the strike of a shot, and arrange its samples.
+
+    Parameters
+    ----------
+    shot : RecordedShot
+    rate : float
+        Of its clock, see `Frame`.
+    period : float
+        Of samples of a ball that are nearer in time, only the first is taken [s].
+    recording : int
+        Number of its recording.
+
+    Raises
+    ------
+    ValueError
+        Saying why the shot cannot be used.
+
+    """
+    tracks, left_out = {}, []
+    for name, track in shot.tracks.items():
+        tracks[name], jump = _without_errors(replace(track, time=track.time / rate))
+        if jump is not None:
+            left_out.append(
+                f'shot {shot.name!r}: ball {name!r} jumps at {jump * rate:g} s; what follows is '
+                'left out'
+            )
+    moves = {name: first for name, track in tracks.items() if (first := _first_move(track))}
+    if not moves:
+        raise ValueError(f'shot {shot.name!r}: no ball moves')
+    struck = shot.struck or min(moves, key=lambda name: _moved_at(tracks[name], moves[name]))
+    if struck not in moves:
+        raise ValueError(f'shot {shot.name!r}: ball {struck!r} does not move')
+    start, velocity = _onset(tracks[struck], moves[struck])
+    if shot.start is not None:
+        start = shot.start / rate
+    balls = (struck, *(name for name in tracks if name != struck))
+    after = [_after(tracks[name], start, period) for name in balls]
+    if len(after[0].time) < LEAST_SAMPLES:
+        raise ValueError(
+            f'shot {shot.name!r}: ball {struck!r} must have at least {LEAST_SAMPLES} samples '
+            f'after the strike, got {len(after[0].time)}'
+        )
+    rests = [_rest(tracks[name], moves.get(name, len(tracks[name].time))) for name in balls]
+    times, at = np.unique(np.concatenate([each.time for each in after]), return_inverse=True)
+    return Samples(
+        shot,
+        recording,
+        balls,
+        start,
+        START_SIGMA if shot.start is None else 0.0,
+        times,
+        np.repeat(np.arange(len(balls)), [len(each.time) for each in after]),
+        at.ravel(),
+        np.concatenate([each.place for each in after]),
+        np.concatenate([each.sigma for each in after]),
+        np.concatenate([_shares(each.time) for each in after]),
+        np.array([place for place, _ in rests]),
+        np.array([sigma for _, sigma in rests]),
+        velocity,
+        tuple(left_out),
+        shot.command,
+    )
+
+
+def _without_errors(track: Track) -> tuple[Track, float | None]:
+    """
+    Leave out samples that are too far from both neighbours, and all after a jump.
+
+    Return also the time at which the track goes on elsewhere [s], if it does.
+    """
+    fast = _too_fast(track)
+    wrong = np.zeros(len(track.time), np.bool_)
+    wrong[1:-1] = fast[:-1] & fast[1:]
+    track = track.take(~wrong)
+    fast = _too_fast(track)
+    if not fast.any():
+        return track, None
+    count = 1 + int(fast.argmax())
+    return track.take(slice(count)), float(track.time[count])
+
+
+def _too_fast(track: Track) -> NDArray[np.bool_]:
+    """Tell which steps from sample to sample (samples - 1,) no ball makes."""
+    step = np.linalg.norm(np.diff(track.place, axis=0), axis=-1)
+    fast: NDArray[np.bool_] = step > FASTEST * np.diff(track.time) + MOVED_SIGMAS * track.sigma[1:]
+    return fast
+
+
+def _first_move(track: Track) -> int:
+    """Return the number of the first sample of a movement; 0 if there is none."""
+    before = np.arange(1, len(track.time))
+    means = np.cumsum(track.place, axis=0)[:-1] / before[:, np.newaxis]
+    far = np.maximum(MOVED, MOVED_SIGMAS * track.sigma[1:] * np.sqrt(1.0 + 1.0 / before))
+    moved = np.linalg.norm(track.place[1:] - means, axis=-1) > far
+    moved[:-1] &= np.linalg.norm(track.place[2:] - means[:-1], axis=-1) > far[:-1]
+    moved[-1:] = False  # twice, or it was an error
+    return 1 + int(moved.argmax()) if moved.any() else 0
+
+
+def _moved_at(track: Track, first: int) -> tuple[float, float]:
+    """Return when a ball had moved [s] and, as negative number, how far [m]."""
+    away = float(np.linalg.norm(track.place[first] - track.place[0]))
+    return float(track.time[first]), -away
+
+
+def _onset(track: Track, first: int) -> tuple[float, Floats]:
+    """
+    Return when a movement began [s], and with which velocity (2,) [m/s].
+
+    The first samples tell the velocity, until the ball meets something.
+    """
+    sigma = track.sigma[first]
+    far = np.linalg.norm(track.place[first:] - track.place[first - 1], axis=-1)
+    count = max(FIRST_SAMPLES, 1 + int((far > FIRST_SIGMAS * sigma).argmax()))
+    time, place = (each[first : first + count] for each in (track.time, track.place))
+    away, since = place[0] - track.place[first - 1], time[0] - track.time[first - 1]
+    steps = np.diff(place, axis=0) / np.diff(time)[:, np.newaxis]
+    noise = MOVED_SIGMAS * sigma / np.diff(time)
+    even = np.linalg.norm(steps - steps[0], axis=-1) < UNEVEN * np.linalg.norm(steps[0]) + noise
+    even &= np.diff(time) < FIRST_TIME
+    count = 1 + int(np.argmin(np.append(even, False)))
+    velocity = away / since  # at least as fast
+    if count > 1:
+        slope = np.polyfit(time[:count] - time[0], place[:count], 1)[0]
+        if np.linalg.norm(velocity) < (1.0 + UNEVEN) * np.linalg.norm(slope):
+            velocity = slope
+    ago = np.linalg.norm(away) / np.linalg.norm(velocity)
+    return float(time[0] - min(ago, since)), velocity
+
+
+def _after(track: Track, start: float, period: float) -> Track:
+    """Return the samples after the strike, with times from the strike on."""
+    track = replace(track, time=track.time - start).take(track.time > start)
+    if period > 0.0:
+        _, first = np.unique(np.floor(track.time / period), return_index=True)
+        track = track.take(first)
+    return track
+
+
+def _rest(track: Track, first: int) -> tuple[Floats, float]:
+    """Return the place of a ball before its movement, and its deviation [m]."""
+    place: Floats = np.median(track.place[:first], axis=0)
+    return place, float(track.sigma[0]) / np.sqrt(first)
+
+
+def _shares(time: Floats) -> Floats:
+    """Return for how long each sample stands [s]."""
+    if len(time) < 2:
+        return np.full(len(time), LONGEST_SHARE)
+    gap = np.minimum(np.diff(time), LONGEST_SHARE)
+    return 0.5 * (np.append(gap, gap[-1]) + np.insert(gap, 0, gap[0]))
+
+
+def usable_shots(
+    scene: Scene, recordings: Sequence[Recording]
+) -> tuple[list[Samples], list[str], list[str]]:
+    """
+    Return the shots that can be used, what is ignored and why, and how exact the places are.
+
+    Raises
+    ------
+    ValueError
+        If the scene has no table; if the balls of a recording are not on it, because it has
+        another unit or frame; or if its places are not as exact as it states.
+
+    """
+    if scene.table is None:
+        raise ValueError('scene must have a table, got an endless cloth')
+    found, ignored, tracking = [], [], []
+    for number, recording in enumerate(recordings):
+        ignored += [f'{recording.name}: {each}' for each in recording.ignored]
+        own = []
+        for shot in recording.shots:
+            try:
+                own.append(samples_of(shot, recording.frame.rate, FIT_PERIOD, number))
+            except ValueError as error:
+                ignored.append(f'{recording.name}: {error}')
+            else:
+                ignored += [f'{recording.name}: {each}' for each in own[-1].left_out]
+        if own:
+            _check_places(scene, own, recording)
+        tracking.append(tracking_of(recording))
+        found += own
+    return found, ignored, tracking
+
+
+def _check_places(scene: Scene, shots: Sequence[Samples], recording: Recording) -> None:
+    assert scene.table is not None
+    half = np.array([scene.table.length, scene.table.width]) / 2.0
+    places = recording.frame.to_table(np.concatenate([each.place for each in shots]))
+    outside = (np.abs(places) > half).any(axis=-1).mean()
+    if outside > MOST_OUTSIDE:
+        low, high = places.min(axis=0), places.max(axis=0)
+        raise ValueError(
+            f'{recording.name}: {outside:.0%} of the places are outside of the table, x from '
+            f'{low[0]:.3g} to {high[0]:.3g} and y from {low[1]:.3g} to {high[1]:.3g} m; is '
+            'the frame or the unit another one?'
+        )
+
+
+def check_enough(
+    count: int, least: int, what: str, ignored: Sequence[str], hint: str = ''
+) -> None:
+    """Raise ValueError if there are too few shots; it names what is ignored."""
+    if count < least:
+        got = '\n  '.join([f'{count}{hint}', *ignored])
+        raise ValueError(f'recordings must have at least {least} {what}, got {got}')

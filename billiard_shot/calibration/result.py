@@ -7,10 +7,23 @@ from pathlib import Path
 import numpy as np
 
 from billiard_shot.calibration.estimate import Estimate, scene_text
-from billiard_shot.calibration.launch import CalibrationModel, contacts_of, FIRST_SCALES, ways_of
-from billiard_shot.calibration.recording import Floats, Frame, RecordedShot
-from billiard_shot.calibration.samples import FIT_PERIOD, Samples, samples_of
-from billiard_shot.calibration.search import middle_launch, search_launches, SHORT
+from billiard_shot.calibration.launch import (
+    CalibrationModel,
+    contacts_of,
+    FIRST_SCALES,
+    middle_launch,
+    search_launches,
+    SHORT,
+    ways_of,
+)
+from billiard_shot.calibration.recording import (
+    FIT_PERIOD,
+    Floats,
+    Frame,
+    RecordedShot,
+    Samples,
+    samples_of,
+)
 from billiard_shot.scene import Scene
 
 SPANS = 1.0, 2.0, 5.0, np.inf
@@ -160,7 +173,7 @@ class Calibration:
         Predict a recorded shot after the launch that explains it best.
 
         If less than half a second was seen, many launches explain it: then one is taken whose
-        path is in the middle of those of the others, see search.py.
+        path is in the middle of those of the others, see launch.py.
 
         Parameters
         ----------

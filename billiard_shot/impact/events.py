@@ -39,6 +39,7 @@ from billiard_shot.impact.state import (
     GRIP,
     INACTIVE,
     is_stiff,
+    MAX_COEFFICIENTS,
     Model,
     RESTITUTION,
     SHAFT,
@@ -79,7 +80,8 @@ class Step(NamedTuple):
 
     scale: float  # time per unit of x; 0 if no step is possible
     order: int  # of the velocities
-    end: float  # x up to which the polynomials hold
+    end: float  # x at which it ends without an event
+    longest: float  # x up to which the polynomials hold
     noise: float  # error of the polynomials, relative to the largest velocity
     error: float  # estimated error of the velocities
     tolerance: float  # of the velocities
@@ -150,9 +152,9 @@ def first_event(
             if x != NO_ROOT:
                 end, kind, contact = x, SLIP_STOP if stops else NO_EVENT, j
         elif c.friction_mode == STICK or (c.friction_mode == GRIP and not force_is_negligible(c)):
-            x = cone_root(c, ws, step, speed, end)
+            x, leaves = cone_root(c, ws, step, speed, end)
             if x != NO_ROOT:
-                end, kind, contact = x, CONE_EXIT, j
+                end, kind, contact = x, CONE_EXIT if leaves else NO_EVENT, j
         elif c.friction_mode == DRAG and not force_is_negligible(c):
             at_start = noise * speed if c.sliding[0] <= noise * speed else NOT_ZERO
             x = first_root(c.sliding, order - 1, 1.0, 0.0, at_start, end, work=work)
@@ -221,8 +223,14 @@ def lag_root(c: ContactState, ws: Workspace, order: int, end: float) -> float:
 
 
 @inner
-def cone_root(c: ContactState, ws: Workspace, step: Step, speed: float, end: float) -> float:
-    """First x at which the force of a contact that sticks or grips leaves the friction cone."""
+def cone_root(
+    c: ContactState, ws: Workspace, step: Step, speed: float, end: float
+) -> tuple[float, bool]:
+    """
+    First x at which the force of a contact that sticks or grips crosses its cone; if outwards.
+
+    It may begin outside the cone, and come back, where a new normal has only just room for it.
+    """
     order, least = step.order, 0.0  # the error of a shear is that of the slip over the step
     mu, normal, pull_1, pull_2 = c.friction, c.force, c.friction_1, c.friction_2
     if c.friction_mode == GRIP:
@@ -235,17 +243,20 @@ def cone_root(c: ContactState, ws: Workspace, step: Step, speed: float, end: flo
         power *= end
     smallest = 2.0 * abs(normal[0]) - largest
     if mu * smallest > tangential or tangential == 0.0:
-        return NO_ROOT
-    p = ws.polynomials[2]
-    for k in range(order):
+        return NO_ROOT, False
+    # All products count: those beyond the order are far larger than the errors of the forces.
+    p, degree = ws.polynomials[2], min(2 * order - 2, MAX_COEFFICIENTS - 1)
+    for k in range(degree + 1):
         p[k] = 0.0
-        for i in range(k + 1):
+        for i in range(max(k - order + 1, 0), min(k + 1, order)):
             p[k] += mu * mu * normal[i] * normal[k - i]
             p[k] -= pull_1[i] * pull_1[k - i]
             p[k] -= pull_2[i] * pull_2[k - i]
     noise = max(step.noise * mu * largest, least) * mu * largest
+    if p[0] < -noise:
+        return first_root(p, degree, -1.0, 0.0, NOT_ZERO, end, work=ws.polynomials), False
     at_start = noise if p[0] <= noise else NOT_ZERO
-    return first_root(p, order - 1, 1.0, 0.0, at_start, end, work=ws.polynomials)
+    return first_root(p, degree, 1.0, 0.0, at_start, end, work=ws.polynomials), True
 
 
 @inner

@@ -18,9 +18,10 @@ from billiard_shot.pictures.table import (
     table_axes,
 )
 from billiard_shot.pictures.trails import trails_of
+from billiard_shot.planning.problem import Target
 from billiard_shot.planning.result import Dispersion, RankedStroke
 from billiard_shot.planning.success_map import SuccessMap
-from billiard_shot.planning.targets import Gate, Pass, Pot, Rest, Target
+from billiard_shot.planning.targets import Gate, Pass, Pot, Rest
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.table.run.outline import outline_of
 from billiard_shot.table.run.results import rounded

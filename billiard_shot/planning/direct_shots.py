@@ -128,7 +128,7 @@ def aimed(seen: TableView, cue: int, ball: int, into: float, speed: float) -> Ai
         run = distance * math.cos(path) - diameter * math.cos(cut)
         moves = speed / math.cos(cut)
         rolls = rolling_after(params, speed_to_arrive(params, run, moves), run)
-        turn = throw(seen, cut, moves, moves * rolls, 0.0)
+        turn = throw_angle(seen, cut, moves, moves * rolls, 0.0)
     if not ball_fits(seen, x + run * math.cos(ahead + path), y + run * math.sin(ahead + path)):
         run = -1.0
     return Aim(distance, ahead, wrapped(into - turn - ahead), path, run, moves)
@@ -148,7 +148,7 @@ def paths_of(seen: TableView, cue: int, ball: int, aim: Aim, half: float) -> Dir
 
 
 @inner
-def throw(seen: TableView, cut: float, speed: float, rolls: float, side: float) -> float:
+def throw_angle(seen: TableView, cut: float, speed: float, rolls: float, side: float) -> float:
     """
     Angle by which friction turns a ball away from the line of centres, to the left [rad].
 
@@ -265,7 +265,9 @@ def rate_stroke(
     # an error of a turns the cue ball, and its side spin throws the ball
     side = at(player.strikes.side, elevation, speed) * speed * player.sigma_a
     rolls = aim.speed * rolling_after(params, begins, run)
-    thrown = throw(seen, cut, aim.speed, rolls, side) - throw(seen, cut, aim.speed, rolls, 0.0)
+    thrown = throw_angle(seen, cut, aim.speed, rolls, side) - throw_angle(
+        seen, cut, aim.speed, rolls, 0.0
+    )
     # change of the line of centres per azimuth, to the other side
     lever = max(run / (2.0 * params.radius * math.cos(cut)), 1e-3)
     bends = side_error(params, player.strikes, elevation, speed, max(run, 1e-6)) * player.sigma_a

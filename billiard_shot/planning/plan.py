@@ -13,15 +13,22 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.planning.problem import check_clearance, Limits, limits_of, Problem, problem_of
+from billiard_shot.planning.problem import (
+    check_clearance,
+    Limits,
+    limits_of,
+    Problem,
+    problem_of,
+    Target,
+)
 from billiard_shot.planning.result import PlanResult, RankedStroke, why_not_straight
 from billiard_shot.planning.runner import Progress, Runner, SupportsSubmit, ValueFunction
-from billiard_shot.planning.score import GoalKind, MAX_DISTANCE_PENALTY
+from billiard_shot.planning.score import MAX_DISTANCE_PENALTY
 from billiard_shot.planning.search import Found, NORMAL_BUDGET, search
 from billiard_shot.planning.shots import DirectShots, shots
 from billiard_shot.planning.stages import next_stage, Stage
 from billiard_shot.planning.statistics import quasi_random
-from billiard_shot.planning.targets import Break, Pot, Target, target_of
+from billiard_shot.planning.targets import Break, Pot, target_of
 from billiard_shot.planning.within_noise import noise_of
 from billiard_shot.records import Array
 from billiard_shot.scene import Noise, Robot, Scene, SceneLike
@@ -83,7 +90,7 @@ def places_in_hand(
     legal = [
         name
         for name in others
-        if target.wants(name)
+        if target.concerns(name)
         and name not in limits.keep
         and (not limits.first_contact or name in limits.first_contact)
     ]
@@ -286,7 +293,7 @@ def _result(problem: Problem, runner: Runner, found: Found, begin: float) -> Pla
         ranking = _gentlest_first(ranking)
     if ranking and ranking[0].width > NARROW:
         found = found._replace(converged=False)
-    status, message = _outcome(ranking, found, runner, GoalKind(problem.goal[0]['kind']))
+    status, message = _outcome(ranking, found, runner, problem.target)
     if status == Status.NO_PLAN and isinstance(problem.target, Pot) and not runner.late:
         why = why_not_straight(problem.scene, problem.target, problem.limits.keep)
         message = '; '.join(filter(None, [message, why]))
@@ -336,7 +343,7 @@ def checked_problem(scene: Scene, wanted: Target, limits: Limits, spread: Noise)
 
 
 def _outcome(
-    ranking: tuple[RankedStroke, ...], found: Found, runner: Runner, kind: GoalKind
+    ranking: tuple[RankedStroke, ...], found: Found, runner: Runner, target: Target
 ) -> tuple[Status, str]:
     simulations = runner.simulations
     if found.cancelled:
@@ -357,10 +364,7 @@ def _outcome(
         if not runner.left:
             detail = '; a stroke reached it, but was not repeated: take a larger budget'
     elif found.penalty < MAX_DISTANCE_PENALTY:
-        misses = f'{1e3 * found.penalty:.0f} mm'
-        if kind == GoalKind.HIT_DIRECTION:
-            misses = f'{180.0 * found.penalty:.3g} degrees'
-        detail = f'; the nearest stroke misses by {misses}'
+        detail = f'; the nearest stroke misses by {target.miss_in_words(found.penalty)}'
     within = f'{simulations} simulations' + ', until the time was up' * runner.late
     text = f'no stroke reaches the target in {within}{detail}'
     return Status.NO_PLAN, '; '.join([text, *_untried(found)])

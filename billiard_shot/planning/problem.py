@@ -2,42 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, replace
 from itertools import combinations
 import math
-from typing import Any
+from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.numerics.vectors import wrapped
-from billiard_shot.planning.score import Goal, GoalKind
-from billiard_shot.planning.targets import (
-    ANY,
-    Break,
-    Gate,
-    Hit,
-    met_first,
-    Pass,
-    Pot,
-    Rest,
-    Safe,
-    Target,
-)
 from billiard_shot.records import Array, ROWS
 from billiard_shot.scene import Noise, Robot, Scene
 from billiard_shot.scene.errors import found_in, InputError, Mistake, must_be_one_of, unknown
-from billiard_shot.scene.fields import check_type, one_or_many, read
+from billiard_shot.scene.fields import check, check_type, one_or_many, read
+from billiard_shot.scene.placement import CUE_BALL, Place
 from billiard_shot.scene.player import A, AZIMUTH, B, ELEVATION, SPEED
 from billiard_shot.shot.lowest_elevation import first_clear, Margins, margins_for
 from billiard_shot.shot.play import prepared_scene, PreparedScene
 from billiard_shot.shot.strike_model import StrikeModel, tip_reach
 from billiard_shot.table.model.geometry import POCKETS
-from billiard_shot.table.model.motion import BallRule
+from billiard_shot.table.model.motion import BallRule, LEFT_TABLE, NOTHING, POCKETED
 from billiard_shot.table.run.layout import layout_of
 from billiard_shot.table.run.results import POCKET_NAMES
 from billiard_shot.table.run.states import TableStates
+from billiard_shot.table.run.task import BatchRecording
 
 BALL_CONSTRAINTS = ('first_contact', 'keep')  # constraints that name balls
 DIRECTIONS = 72  # in which the clearance of the cue is checked
@@ -176,6 +166,92 @@ def check_clearance(scene: Scene, limits: Limits) -> None:
         )
 
 
+Flags: TypeAlias = NDArray[np.bool_]
+
+
+class Target(ABC):
+    """
+    What a plan has to achieve: a frozen dataclass below this class, see targets.py.
+
+    A target that is judged by outcomes alone needs no more than its fields and `penalties`.
+
+    Attributes
+    ----------
+    must_meet : bool
+        Whether one of the balls that are `concerned` has to be met before any other.
+    must_rest : bool
+        Whether the cue ball has to rest at `point`.
+    least_speed : float
+        Of candidates, relative to the largest speed.
+    kind : str
+        Players' name for such a shot; '' if its path says it.
+
+    """
+
+    __slots__ = ()
+    must_meet: ClassVar[bool] = False
+    must_rest: ClassVar[bool] = False
+    least_speed: ClassVar[float] = 0.0
+    kind: ClassVar[str] = ''
+
+    def __post_init__(self) -> None:
+        check(self)
+
+    def mistakes(self, scene: Scene) -> Iterator[Mistake]:
+        """Yield what does not fit a scene."""
+        return iter(())
+
+    @property
+    def point(self) -> Place | None:
+        """The point that the cue ball has to reach, if there is one [m]."""
+        return None
+
+    @property
+    def passing_within(self) -> float:
+        """Largest distance from `point` in passing [m]; 0 if the cue ball need not pass it."""
+        return 0.0
+
+    @property
+    def pocket(self) -> tuple[str, ...]:
+        """Names of the pockets into which a ball that is `concerned` has to fall."""
+        return ()
+
+    @property
+    def leave(self) -> Place | None:
+        """The point near which the cue ball has to rest after a pot, if there is one [m]."""
+        return None
+
+    def concerns(self, ball: str) -> bool:
+        """Whether a ball is to be potted, or to be met first."""
+        return False
+
+    def push(self, there: Array) -> Array | None:
+        """Direction in which a ball at a place (2,) [m] has to be pushed; None: any."""
+        return None
+
+    @abstractmethod
+    def penalties(self, problem: Problem, played: BatchRecording, fouls: Flags) -> Array:
+        """
+        Return penalties (n,) of n tables that were played, see `Outcomes`.
+
+        `fouls` (n,) cost `PENALTY_STEP` more; they need no closer look.
+        """
+
+    def miss_in_words(self, penalty: float) -> str:
+        """Say how far a stroke with a penalty below 1 misses."""
+        return f'{1e3 * penalty:.0f} mm'
+
+    def judged_at_rest(self, places: Mapping[str, Place]) -> tuple[bool, str]:
+        """Judge by the places [m] of the balls that are left; return whether, and a sentence."""
+        if CUE_BALL not in places:
+            return False, 'not reached: the cue ball is not on the table'
+        return self.judge(places)
+
+    def judge(self, places: Mapping[str, Place]) -> tuple[bool, str]:
+        """Judge by the places [m] of the cue ball and others."""
+        return True, 'not judged: the balls at rest do not show whether it was reached'
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Problem:
     """Scene, target and limits, in the form that batches of strokes need."""
@@ -189,9 +265,7 @@ class Problem:
     places: Array  # (balls, 2) m
     balls: tuple[int, ...]  # indices of the balls to be potted, or of those to be met first
     pockets: NDArray[np.int64]  # pockets into which the balls may fall
-    goal: NDArray[np.void]  # (1,) Goal
     rules: NDArray[np.void]  # (balls,) BallRule; none is `sought`
-    wanted: Array  # (balls, POCKETS) above 0 if the ball may fall into the pocket
     holes: Array  # (POCKETS, 2) m
     sigmas: Array  # (5,) of a, b (ball radii), elevation, azimuth (rad), speed (m/s)
 
@@ -219,6 +293,20 @@ class Problem:
         """Whether the cue ball may meet a ball before any other."""
         return not self.rules['barred'][ball]
 
+    def fouls(self, played: BatchRecording) -> Flags:
+        """
+        Find the tables (n,) with a foul.
+
+        A ball left the table, one that must stay fell, the wrong ball or none was met first, or
+        the cue hit the cue ball twice (WPA, Rules of Play, 6.7).
+        """
+        motion, met = played.balls['motion'], played.balls['first_contact'][:, 0]
+        gone = (motion == LEFT_TABLE) | ((motion == POCKETED) & self.rules['must_stay'])
+        nothing_is_foul = self.target.must_meet or bool(self.limits.first_contact)
+        wrong = np.where(met == NOTHING, nothing_is_foul, self.rules['barred'][met])
+        found: Flags = played.tables['double_hit'] | gone.any(axis=1) | wrong
+        return found
+
 
 def problem_of(scene: Scene, target: Target, limits: Limits, noise: Noise) -> Problem:
     """Make the planning problem of a scene and a target."""
@@ -229,21 +317,10 @@ def problem_of(scene: Scene, target: Target, limits: Limits, noise: Noise) -> Pr
     rules['must_stay'] = [name == names[0] or name in limits.keep for name in names]
     if limits.first_contact:
         rules['barred'] = [name not in limits.first_contact for name in names]
-    balls: tuple[int, ...] = ()
-    pockets = np.empty(0, np.int64)
-    wanted = np.zeros((len(names), POCKETS))
-    match target:
-        case Pot():
-            free = np.flatnonzero(~rules['must_stay']).tolist()
-            balls = tuple(i for i in free if target.wants(names[i]))
-            pockets = np.array([POCKET_NAMES.index(pocket) for pocket in target.pocket])
-            for i in balls:
-                wanted[i, pockets] = 1.0
-        case Hit() | Safe() | Break():
-            first = met_first(target)
-            balls = tuple(i for i in range(1, len(names)) if ANY in first or names[i] in first)
-            if not isinstance(target, Hit):
-                rules['barred'][[i for i in range(len(names)) if i not in balls]] = True
+    kept = limits.keep if target.pocket else ()
+    concerned = [each != names[0] and each not in kept and target.concerns(each) for each in names]
+    if target.must_meet:
+        rules['barred'][~np.array(concerned)] = True
     holes = np.zeros((POCKETS, 2))
     if layout.pockets:
         holes[:] = [(hole.hole_x, hole.hole_y) for hole in layout.pockets]
@@ -255,60 +332,12 @@ def problem_of(scene: Scene, target: Target, limits: Limits, noise: Noise) -> Pr
         prepared,
         (layout.numbers.centre_half_length, layout.numbers.centre_half_width),
         places=places,
-        balls=balls,
-        pockets=pockets,
-        goal=_goal(target, scene.ball.radius, balls, must_meet=bool(limits.first_contact)),
+        balls=tuple(np.flatnonzero(concerned).tolist()),
+        pockets=np.array([POCKET_NAMES.index(each) for each in target.pocket], np.int64),
         rules=rules,
-        wanted=wanted,
         holes=holes,
         sigmas=noise.sigmas(scene.ball.radius),
     )
-
-
-def _goal(
-    target: Target, radius: float, balls: tuple[int, ...], *, must_meet: bool
-) -> NDArray[np.void]:
-    """Write a target as numbers."""
-    goals: NDArray[np.void] = ROWS.records(Goal, 1)
-    goal: Any = goals[0]
-    goal.ball_radius = radius
-    goal.must_meet = must_meet or isinstance(target, Safe | Break)
-    match target:
-        case Rest():
-            goal.kind, (goal.x, goal.y), goal.radius = GoalKind.REST, target.rest, target.radius
-        case Pass():
-            goal.kind, (goal.x, goal.y), goal.radius = GoalKind.PASS, target.passing, target.radius
-        case Gate():
-            goal.kind, ((goal.x, goal.y), (goal.u, goal.v)) = GoalKind.GATE, target.gate
-        case Hit():
-            goal.kind, goal.ball = GoalKind.HIT, balls[0]
-            if target.direction is not None:
-                goal.kind, (goal.x, goal.y) = GoalKind.HIT_DIRECTION, target.direction
-                goal.radius = math.radians(target.direction_tolerance_deg)
-            elif target.at is not None:
-                goal.kind, (goal.x, goal.y) = GoalKind.HIT_AT, target.at
-                goal.radius = target.radius
-        case Pot():
-            goal.kind = GoalKind.POT
-            if target.leave is not None:
-                goal.kind, (goal.x, goal.y) = GoalKind.POT_AND_LEAVE, target.leave
-                goal.radius = target.radius
-        case _:
-            goal.kind = GoalKind.FOULS
-    return goals
-
-
-def point_of(target: Target) -> tuple[float, float] | None:
-    """Return the point that the cue ball has to reach [m], None if the target has none."""
-    match target:
-        case Rest():
-            return target.rest
-        case Pass():
-            return target.passing
-        case Gate():
-            (x, y), (u, v) = target.gate
-            return 0.5 * (x + u), 0.5 * (y + v)
-    return None
 
 
 NEAR_SIGMAS = 12.0

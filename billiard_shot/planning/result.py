@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 from billiard_shot.notebook import Shown, Tabular
 from billiard_shot.numerics.vectors import wrapped
-from billiard_shot.planning.problem import as_struck, draw_places, Limits, problem_of
+from billiard_shot.planning.problem import as_struck, draw_places, Limits, problem_of, Target
 from billiard_shot.planning.runner import evaluate_strokes, penalties_of, simulate_strokes
 from billiard_shot.planning.statistics import chance_in_words, estimate_in_words, wilson_interval
-from billiard_shot.planning.targets import Break, Gate, Hit, Pass, Pot, Safe, Target
+from billiard_shot.planning.targets import Hit, Pot
 from billiard_shot.records import Array
 from billiard_shot.scene import Noise, Scene
 from billiard_shot.scene.placement import CUE_BALL
@@ -73,8 +73,7 @@ def kind_of(shot: Shot, target: Target) -> str:
         and _deflection(shot, collision, target.hit) > STRAIGHT
     ):
         words.append('cut')
-    elif isinstance(target, Safe | Break):
-        words.append('safety' if isinstance(target, Safe) else 'break')
+    words.append(target.kind)
     return ', '.join(word for word in words if word) or 'direct'
 
 
@@ -83,7 +82,8 @@ def _potted(shot: Shot, target: Pot, collision: TableEvent) -> str:
     fell = (ball for ball, pocket in shot.pocketed.items() if pocket in target.pocket)
     met = (ball for ball in collision.balls if ball != CUE_BALL)
     return next(
-        (ball for ball in (*fell, *met) if ball != CUE_BALL and target.wants(ball)), target.pot[0]
+        (ball for ball in (*fell, *met) if ball != CUE_BALL and target.concerns(ball)),
+        target.pot[0],
     )
 
 
@@ -99,13 +99,9 @@ def _touches(shot: Shot, collision: TableEvent, ball: str) -> bool:
 
 def _reached(shot: Shot, target: Target) -> float:
     """Time at which the cue ball reaches the point or gate that it has to pass; else infinite."""
-    match target:
-        case Pass():
-            point, radius = np.array(target.passing), target.radius
-        case Gate():
-            point, radius = np.mean(target.gate, axis=0), 0.5 * math.dist(*target.gate)
-        case _:
-            return math.inf
+    point, radius = target.point, target.passing_within
+    if point is None or not radius:
+        return math.inf
     path = shot.trajectory
     speed = max(float(np.hypot(*segment.velocity[:2])) for segment in path.segments)
     times = np.linspace(0.0, path.duration, 2 + math.ceil(4.0 * speed * path.duration / radius))
@@ -501,7 +497,7 @@ def deviation_of(shot: Shot, ball: str, pockets: Sequence[str]) -> Deviation | N
 def why_not_straight(scene: Scene, target: Pot, keep: Sequence[str] = ()) -> str:
     """Say what prevents the best straight pot of a ball outside `keep`; '' if a pot succeeds."""
     reasons = []
-    wanted = [each for each in scene.object_balls if target.wants(each) and each not in keep]
+    wanted = [each for each in scene.object_balls if target.concerns(each) and each not in keep]
     for ball, pocket in product(wanted, target.pocket):
         try:
             shot = predict(scene, aim(scene, ball, pocket=pocket, speed=FIRM))

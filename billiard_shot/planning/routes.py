@@ -7,9 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.planning.problem import Limits, point_of, Problem, raise_for_clearance
+from billiard_shot.planning.problem import Limits, Problem, raise_for_clearance
 from billiard_shot.planning.statistics import quasi_random
-from billiard_shot.planning.targets import Break, Hit, Pot, Rest
 from billiard_shot.planning.within_noise import along_azimuth, strike_alone
 from billiard_shot.records import Array
 from billiard_shot.scene.player import A, AZIMUTH, B, ELEVATION, SPEED
@@ -32,10 +31,10 @@ class Waypoint(NamedTuple):
 
 def waypoints(problem: Problem, cushions: int) -> list[Waypoint]:
     """List waypoints of the target; a ball to be potted meets at most `cushions` cushions."""
-    point = point_of(problem.target)
+    point = problem.target.point
     if point is not None:
         return [Waypoint(np.array(point), np.zeros(2), 0, 0.0)]
-    if not isinstance(problem.target, Pot):
+    if not len(problem.pockets):
         return [
             Waypoint(there - 2.0 * problem.radius * push, push, ball, float(order))
             for ball in problem.balls
@@ -60,7 +59,7 @@ def _ghosts(problem: Problem, cushions: int) -> Iterator[Waypoint]:
 
 def combinations(problem: Problem) -> list[Waypoint]:
     """List waypoints at balls that push a ball to be potted into a pocket."""
-    if not isinstance(problem.target, Pot):
+    if not len(problem.pockets):
         return []
     return [each for ghost in _ghosts(problem, 0) for each in _pushed_by(problem, ghost)]
 
@@ -85,11 +84,9 @@ def _pushed_by(problem: Problem, wanted: Waypoint) -> Iterator[Waypoint]:
 
 
 def _pushes(problem: Problem, there: Array) -> list[Array]:
-    target = problem.target
-    if isinstance(target, Hit) and target.direction is not None:
-        return [_unit(np.array(target.direction))]
-    if isinstance(target, Hit) and target.at is not None:
-        return [_unit(there - target.at)]
+    push = problem.target.push(there)
+    if push is not None:
+        return [_unit(push)]
     ahead = there - problem.cue_ball
     turns = sorted(np.arange(HIT_DIRECTIONS) - HIT_DIRECTIONS // 2, key=abs)  # the full hit first
     angles = math.atan2(ahead[1], ahead[0]) + np.array(turns) * (2.0 * math.pi / HIT_DIRECTIONS)
@@ -174,7 +171,6 @@ SPREAD_FACTORS = (0.0, -1.0, 1.0, -2.0, 2.0)  # of `spread`: offsets of the azim
 THROW = 0.035  # rad, about two degrees: half of the largest throw in a cut
 CUSHION_FACTOR = 3.0  # of the uncertainty of a route by cushions; of its cost, for each cushion
 SPEEDS_PER_ROUTE = 5
-BREAK_SPEED = 0.7  # of the largest speed: slower breaks are not candidates
 # b of stun, draw and follow, then half of these; for offset_max 0.5
 HEIGHTS = (0.0, -0.4, 0.4, -0.2, 0.2)
 LENGTH_FACTORS = (1.0, 0.9, 1.1, 1.25, 1.5)  # distances to roll, relative to the route
@@ -268,7 +264,7 @@ def candidates_along(problem: Problem, routes: list[Route]) -> Candidates:
     robot = problem.limits.robot
     heights = 2.0 * robot.offset_max * np.array(HEIGHTS)
     sides: tuple[float, ...] = (0.0,)
-    if isinstance(problem.target, Pot) and problem.target.leave is not None:
+    if problem.target.leave is not None:
         sides = (0.0, -0.5 * robot.offset_max, 0.5 * robot.offset_max)
     else:
         heights = heights[:3]
@@ -291,14 +287,13 @@ def candidates_along(problem: Problem, routes: list[Route]) -> Candidates:
 
 def _speeds(problem: Problem, route: Route) -> Array:
     robot = problem.limits.robot
-    if isinstance(problem.target, Rest):
+    if problem.target.must_rest:
         surface, ways = problem.model.surface, route.length * np.array(LENGTH_FACTORS)
         central = np.array([[0.0, 0.0, 0.0, 0.0, 1.0]])
         forward = strike_alone(problem.model, central).velocity[0, 0]  # of a cue at 1 m/s
         return np.array([speed_to_arrive(surface, way, 0.0) for way in ways]) / forward
-    slowest = max(robot.speed_min, min(0.5, robot.speed_max))
-    if isinstance(problem.target, Break):
-        slowest = max(slowest, BREAK_SPEED * robot.speed_max)
+    share = problem.target.least_speed
+    slowest = max(robot.speed_min, min(0.5, robot.speed_max), share * robot.speed_max)
     return np.geomspace(slowest, robot.speed_max, SPEEDS_PER_ROUTE)
 
 

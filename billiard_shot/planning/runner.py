@@ -16,17 +16,7 @@ from numpy.typing import NDArray
 
 from billiard_shot import machine_code
 from billiard_shot.planning.problem import as_struck, Problem, tables_at
-from billiard_shot.planning.score import (
-    distance_penalty,
-    Goal,
-    GoalKind,
-    Objective,
-    PENALTY_STEP,
-    Runs,
-    score_tables,
-)
-from billiard_shot.planning.shots import shots
-from billiard_shot.planning.targets import ANY, Break, Safe
+from billiard_shot.planning.score import PENALTY_STEP
 from billiard_shot.planning.within_noise import (
     accuracy_within,
     bounds_of,
@@ -41,50 +31,9 @@ from billiard_shot.scene.fields import as_floats
 from billiard_shot.shot.play import play_by
 from billiard_shot.shot.stroke import Stroke, vectors_of
 from billiard_shot.status import Status
-from billiard_shot.table.model.motion import BallRule, NOTHING, SegmentRecord
-from billiard_shot.table.run.play_tables import BallOutcome, TableOutcome
 from billiard_shot.table.run.simulate import TableBatch
 from billiard_shot.table.run.task import BatchRecording, run_recorded
 from billiard_shot.table.strike.placement import ALL_SOLVED, StrikePolynomials
-
-
-def penalties_at_rest(problem: Problem, outcomes: TableBatch, fouls: Array) -> Array:
-    """
-    Find the penalties (n,) of tables at rest: 0 if the target is reached, see `Outcomes`.
-
-    Parameters
-    ----------
-    problem : Problem
-    outcomes : TableBatch
-        n tables.
-    fouls : (n,) float array
-        The penalties so far. Strokes that are fouls need no closer look.
-
-    """
-    match problem.target:
-        case Break(_, pots):
-            fallen = _fallen(problem, outcomes)
-            missing: Array = PENALTY_STEP * np.maximum(pots - fallen, 0)
-            return missing
-        case Safe(_, against, chance):
-            penalties = np.zeros(len(fouls))
-            quiet = ~outcomes.to_cushion.any(axis=1) & (_fallen(problem, outcomes) == 0)
-            penalties[quiet] = PENALTY_STEP
-            legal = np.flatnonzero((fouls == 0.0) & ~quiet)
-            wanted = None if ANY in against else against
-            left = outcomes.states.take(legal)
-            found = shots(problem.scene, left, wanted, problem.noise, workers=1)
-            penalties[legal] = [distance_penalty(best - chance) for best in found.best.tolist()]
-            return penalties
-    return np.zeros(len(fouls))
-
-
-def _fallen(problem: Problem, outcomes: TableBatch) -> Array:
-    """Count the balls (n,) that fell, without those that must stay."""
-    may_fall = ~problem.rules['must_stay']
-    fallen: Array = (may_fall & (outcomes.pocket != NOTHING)).sum(axis=1)
-    return fallen
-
 
 # A planned stroke may end with these, but not in a miscue: a sliding tip is not repeatable.
 USABLE_STATUSES = (Status.OK, Status.INFINITE_SEQUENCE, Status.TOLERANCE_NOT_REACHED)
@@ -172,28 +121,8 @@ def _values(problem: Problem, recording: BatchRecording, value: ValueFunction) -
 
 def penalties_of(problem: Problem, recording: BatchRecording) -> Array:
     """Find the penalty (n,) of each recorded table, see `Outcomes`."""
-    run = score_tables.current()
-    array, from_rows = run.storage.array, run.storage.from_rows
-    penalties = run.storage.zeros(len(recording.tables))
-    sought = Objective(
-        from_rows(Goal, problem.goal),
-        from_rows(BallRule, problem.rules),
-        array(problem.wanted),
-        array(problem.places),
-        array(problem.holes),
-    )
-    runs = Runs(
-        from_rows(BallOutcome, recording.balls.ravel()),
-        from_rows(TableOutcome, recording.tables),
-        from_rows(SegmentRecord, recording.segments),
-        run.storage.zeros(len(recording.segments)),
-        run.storage.zeros(len(problem.places)),
-    )
-    run(sought, runs, penalties)
-    found = np.asarray(penalties)
-    if problem.goal[0]['kind'] == GoalKind.FOULS:
-        found = found + penalties_at_rest(problem, TableBatch(problem.names, recording), found)
-    return found
+    fouls = problem.fouls(recording)
+    return problem.target.penalties(problem, recording, fouls) + PENALTY_STEP * fouls
 
 
 def simulate_strokes(

@@ -1,8 +1,8 @@
 """
-Penalties of simulated strokes: how far they are from reaching the target.
+How near recorded runs came to a target; the targets make penalties of it, see targets.py.
 
-Each missing step towards the target costs `PENALTY_STEP`. The remaining distance [m] is added; it
-is less than a step, so that a stroke that misses fewer steps has the smaller penalty. Paths are
+Each missing step towards a target costs `PENALTY_STEP`. The remaining distance [m] is added; it is
+less than a step, so that a stroke that misses fewer steps has the smaller penalty. Paths are
 approximated by straight lines, `PENALTY_PIECES` to a segment.
 """
 
@@ -10,20 +10,14 @@ from enum import IntEnum
 import math
 from typing import Any, NamedTuple
 
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
 from billiard_shot.compiled import entry, inner
-from billiard_shot.records import Floats, record, Storage
-from billiard_shot.table.model.geometry import POCKETS
-from billiard_shot.table.model.motion import (
-    BALL,
-    BallRule,
-    CLUSTER,
-    LEFT_TABLE,
-    NOTHING,
-    POCKETED,
-    RELEASE,
-    SegmentRecord,
-)
-from billiard_shot.table.run.play_tables import BallOutcome, TableOutcome
+from billiard_shot.records import Array, Floats, Storage
+from billiard_shot.table.model.motion import BALL, CLUSTER, POCKETED, RELEASE, SegmentRecord
+from billiard_shot.table.run.play_tables import TableOutcome
+from billiard_shot.table.run.task import BatchRecording
 
 PENALTY_STEP = 1.0
 MAX_DISTANCE_PENALTY = 0.99
@@ -32,52 +26,31 @@ PENALTY_PIECES = 6
 NO_DISTANCE = 1e3  # m: stands for "no distance"
 
 
-class GoalKind(IntEnum):
-    """Kind of a goal; the classes of targets.py."""
+class Measure(IntEnum):
+    """What is measured on the paths of a table."""
 
-    REST = 0
-    PASS = 1
-    GATE = 2
-    HIT = 3
-    HIT_DIRECTION = 4
-    HIT_AT = 5
-    POT = 6
-    POT_AND_LEAVE = 7
-    FOULS = 8  # only fouls count here; runner.py adds the rest
+    APPROACH = 0  # smallest distance between balls and the points that they seek [m]
+    APPROACH_BEFORE_HIT = 1  # the same, until the cue ball meets a ball
+    CROSSING = 2  # 0 if the cue ball crosses the line between two points
+    DIRECTION = 3  # angle between a direction and that in which a ball leaves that is hit [rad]
+    PLACE = 4  # distance of a point from the place where a ball is hit, on a unit circle
 
 
-TO_REST, PASS, GATE, HIT, HIT_DIRECTION, HIT_AT, POT, POT_AND_LEAVE, FOULS = map(int, GoalKind)
+_, BEFORE_HIT, CROSSING, DIRECTION, PLACE = map(int, Measure)
 
 
-@record
-class Goal:
-    """A target in numbers."""
+class Sought(NamedTuple):
+    """What the balls of a table are to come near."""
 
-    kind: int  # Kind
-    x: float  # m: the point, the first end of the gate, or the direction
-    y: float
-    u: float  # m: the second end of the gate
-    v: float
-    radius: float  # m, around the point; rad, of the direction
-    ball: int  # to be hit
-    must_meet: bool  # a stroke without a collision is a foul
-    ball_radius: float  # m
-
-
-class Objective(NamedTuple):
-    """The target of strokes on a table with n balls."""
-
-    goals: list[Goal]  # 1
-    rules: list[BallRule]  # n
-    wanted: Floats  # (n, POCKETS) above 0 if the ball may fall there to reach the target
-    places: Floats  # (n, 2) m, of the balls at first
-    holes: Floats  # (POCKETS, 2) m, of the holes of pockets
+    ball: int  # that is to be hit
+    apart: float  # m: from distances between centres this is subtracted
+    points: Floats  # (points, 2) m: also ends of a line, a direction, or a ball and a point
+    seeking: Floats  # (balls, points) above 0 if the ball seeks the point
 
 
 class Runs(NamedTuple):
     """Recorded runs of tables with n balls, and scratch."""
 
-    balls: list[BallOutcome]  # tables n
     tables: list[TableOutcome]
     segments: list[SegmentRecord]
     ends: Floats  # (segments,) scratch, see `write_ends`
@@ -85,17 +58,10 @@ class Runs(NamedTuple):
 
 
 class RunPart(NamedTuple):
-    """The part of `Runs` that belongs to one table."""
+    """The part of `Runs` that belongs to one table: its segments."""
 
-    first: int  # of its balls
-    begin: int  # its segments are those from here
-    end: int  # up to here
-
-
-@inner
-def distance_penalty(gap: float) -> float:
-    """Penalty of a distance [m] that is missing."""
-    return min(max(gap, 0.0), MAX_DISTANCE_PENALTY)
+    begin: int
+    end: int
 
 
 @inner
@@ -136,15 +102,31 @@ def nearest(segment: SegmentRecord, lasting: float, x: float, y: float, least: f
 
 
 @inner
-def crosses(segment: SegmentRecord, lasting: float, goal: Goal) -> bool:
-    """Whether a segment crosses the line between the ends of a gate."""
-    p, v, a = segment.position, segment.velocity, segment.acceleration
-    lx, ly = goal.u - goal.x, goal.v - goal.y
-    px, py = p[0] - goal.x, p[1] - goal.y
+def approach(measure: int, sought: Sought, runs: Runs, part: RunPart, least: float) -> float:
+    """Smallest distance [m] between balls and the points that they seek, or `least`."""
+    for k in range(part.begin, part.end):
+        segment = runs.segments[k]
+        if measure == BEFORE_HIT and segment.ball == 0 and has_hit(segment):
+            break
+        lasting = runs.ends[k] - segment.time
+        for i in range(len(sought.points)):
+            if sought.seeking[segment.ball][i] > 0.0:
+                x, y, apart = sought.points[i][0], sought.points[i][1], sought.apart
+                least = nearest(segment, lasting, x, y, least + apart) - apart
+    return least
+
+
+@inner
+def crosses(segment: SegmentRecord, lasting: float, ends: Floats) -> bool:
+    """Whether a segment crosses the line between two points."""
+    p, w, a = segment.position, segment.velocity, segment.acceleration
+    x, y, u, v = ends[0][0], ends[0][1], ends[1][0], ends[1][1]
+    lx, ly = u - x, v - y
+    px, py = p[0] - x, p[1] - y
     for i in range(1, PENALTY_PIECES + 1):
         t = lasting * i / PENALTY_PIECES
-        qx = p[0] - goal.x + t * (v[0] + 0.5 * t * a[0])
-        qy = p[1] - goal.y + t * (v[1] + 0.5 * t * a[1])
+        qx = p[0] - x + t * (w[0] + 0.5 * t * a[0])
+        qy = p[1] - y + t * (w[1] + 0.5 * t * a[1])
         one, two = lx * py - ly * px, lx * qy - ly * qx
         if one * two <= 0.0 and one != two:
             part = one / (one - two)
@@ -156,23 +138,14 @@ def crosses(segment: SegmentRecord, lasting: float, goal: Goal) -> bool:
 
 
 @inner
-def is_foul(sought: Objective, table: TableOutcome, balls: list[BallOutcome], first: int) -> bool:
-    """
-    Whether a ball left the table, one that must stay fell, or the wrong ball was met first.
-
-    Also whether the cue hit the cue ball twice (WPA, Rules of Play, 6.7).
-    """
-    rules = sought.rules
-    if table.double_hit:
-        return True
-    for i in range(len(rules)):
-        motion = balls[first + i].motion
-        if motion == LEFT_TABLE or (motion == POCKETED and rules[i].must_stay):
-            return True
-    met = balls[first].first_contact
-    if met == NOTHING:
-        return sought.goals[0].must_meet
-    return rules[met].barred
+def misses_line(sought: Sought, runs: Runs, part: RunPart) -> float:
+    """Return 0 if the cue ball crosses the line between two points, else 1."""
+    for k in range(part.begin, part.end):
+        segment = runs.segments[k]
+        lasting = runs.ends[k] - segment.time
+        if segment.ball == 0 and lasting > 0.0 and crosses(segment, lasting, sought.points):
+            return 0.0
+    return 1.0
 
 
 @inner
@@ -182,131 +155,43 @@ def has_hit(segment: SegmentRecord) -> bool:
 
 
 @inner
-def may_fall(sought: Objective, ball: int) -> bool:
-    """Whether a ball may fall into any pocket to reach the target."""
-    most = 0.0
-    for pocket in range(POCKETS):
-        most = max(most, sought.wanted[ball][pocket])
-    return most > 0.0
-
-
-@inner
-def pot_penalty(sought: Objective, runs: Runs, part: RunPart) -> float:
-    """Penalty if no wanted ball fell: distance to a pocket or, if none was met, to the ball."""
-    places, holes, wanted = sought.places, sought.holes, sought.wanted
-    met = False
-    for i in range(len(places)):
-        if runs.balls[part.first + i].first_contact != NOTHING and may_fall(sought, i):
-            met = True
-    least = NO_DISTANCE
-    for k in range(part.begin, part.end):
-        segment = runs.segments[k]
-        lasting = runs.ends[k] - segment.time
-        if lasting <= 0.0:
-            continue
-        own = segment.ball
-        for i in range(len(places)):
-            if met and own == i:
-                for pocket in range(POCKETS):
-                    if wanted[i][pocket] > 0.0:
-                        hole = holes[pocket]
-                        gap = nearest(segment, lasting, hole[0], hole[1], least)
-                        least = max(gap, NO_SUCCESS)
-            elif not met and own != i and may_fall(sought, i):
-                x, y, apart = places[i][0], places[i][1], 2.0 * sought.goals[0].ball_radius
-                least = nearest(segment, lasting, x, y, least + apart) - apart
-    return distance_penalty(least) if met else PENALTY_STEP + distance_penalty(least)
-
-
-@inner
-def hit_penalty(sought: Objective, runs: Runs, part: RunPart) -> float:
-    """Penalty for the first contact with another ball, the wrong place, or the wrong direction."""
-    goal, segments = sought.goals[0], runs.segments
-    x, y = sought.places[goal.ball][0], sought.places[goal.ball][1]
-    extra = 0.0 if goal.kind == HIT else PENALTY_STEP
-    if runs.balls[part.first].first_contact != goal.ball:
-        least = NO_DISTANCE
-        for k in range(part.begin, part.end):
-            if segments[k].ball == 0:
-                if has_hit(segments[k]):
-                    break
-                least = nearest(segments[k], runs.ends[k] - segments[k].time, x, y, least)
-        gap = least - 2.0 * goal.ball_radius
-        return PENALTY_STEP + extra + min(max(gap, NO_SUCCESS), MAX_DISTANCE_PENALTY)
-    if goal.kind == HIT:
-        return 0.0
-    if goal.kind == HIT_DIRECTION:
-        return distance_penalty(direction_error(goal, segments, part))
-    return distance_penalty(place_error(goal, x, y, segments, part))
-
-
-@inner
-def direction_error(goal: Goal, segments: list[SegmentRecord], part: RunPart) -> float:
+def direction_error(sought: Sought, segments: list[SegmentRecord], part: RunPart) -> float:
     """
-    Angle between the directions wanted and taken by a ball that is hit, less the tolerance.
+    Angle [rad] between the directions wanted and taken by a ball that is hit.
 
-    It is relative to pi. If the impact takes time, the direction is that after the release.
+    If the impact takes time, the direction is that after the release.
     """
-    error, met = MAX_DISTANCE_PENALTY, False
+    error, met = NO_DISTANCE, False
     for k in range(part.begin, part.end):
         segment = segments[k]
-        if segment.ball == goal.ball:
+        if segment.ball == sought.ball:
             if met and segment.cause != RELEASE:
                 break
             if met or has_hit(segment):
                 met = True
                 heading = math.atan2(segment.velocity[1], segment.velocity[0])
-                turn = abs(heading - math.atan2(goal.y, goal.x))
-                error = (min(turn, 2.0 * math.pi - turn) - goal.radius) / math.pi
+                turn = abs(heading - math.atan2(sought.points[0][1], sought.points[0][0]))
+                error = min(turn, 2.0 * math.pi - turn)
     return error
 
 
 @inner
-def place_error(
-    goal: Goal, x: float, y: float, segments: list[SegmentRecord], part: RunPart
-) -> float:
-    """Distance [m] of the place where the cue ball hits the ball at (x, y), less the tolerance."""
+def place_error(sought: Sought, segments: list[SegmentRecord], part: RunPart) -> float:
+    """Distance, in ball radii, of the place where the cue ball hits a ball from the wanted one."""
+    x, y = sought.points[0][0], sought.points[0][1]
+    to_x, to_y = sought.points[1][0], sought.points[1][1]
     for k in range(part.begin, part.end):
         segment = segments[k]
-        in_strike = segment.ball == goal.ball and segment.time == 0.0
+        in_strike = segment.ball == sought.ball and segment.time == 0.0
         if has_hit(segment) and (segment.ball == 0 or in_strike):
             cue_ball = segments[part.begin] if in_strike else segment
             there = cue_ball.position
             px, py = there[0] - x, there[1] - y
-            u, v = goal.x - x, goal.y - y
+            u, v = to_x - x, to_y - y
             one, two = math.sqrt(px * px + py * py), math.sqrt(u * u + v * v)
             px, py = px / one - u / two, py / one - v / two
-            return goal.ball_radius * math.sqrt(px * px + py * py) - goal.radius
-    return MAX_DISTANCE_PENALTY
-
-
-@inner
-def path_penalty(goal: Goal, runs: Runs, part: RunPart) -> float:
-    """Penalty of a cue ball that has to pass a point or a gate."""
-    x, y = goal.x, goal.y
-    if goal.kind == GATE:
-        x, y = 0.5 * (goal.x + goal.u), 0.5 * (goal.y + goal.v)
-    least = NO_DISTANCE
-    for k in range(part.begin, part.end):
-        segment = runs.segments[k]
-        if segment.ball == 0:
-            lasting = runs.ends[k] - segment.time
-            least = nearest(segment, lasting, x, y, least)
-            if goal.kind == GATE and lasting > 0.0 and crosses(segment, lasting, goal):
-                return 0.0
-    if goal.kind == GATE:
-        return min(max(least, NO_SUCCESS), MAX_DISTANCE_PENALTY)
-    return distance_penalty(least - goal.radius)
-
-
-@inner
-def has_potted(wanted: Floats, balls: list[BallOutcome], first: int) -> bool:
-    """Whether a ball fell into a pocket into which it may fall."""
-    for i in range(len(wanted)):
-        pocket = balls[first + i].pocket
-        if pocket != NOTHING and wanted[i][pocket] > 0.0:
-            return True
-    return False
+            return math.sqrt(px * px + py * py)
+    return NO_DISTANCE
 
 
 @inner
@@ -322,52 +207,85 @@ def write_ends(runs: Runs, part: RunPart, stop: float) -> None:
 
 
 def _example(storage: Storage) -> tuple[Any, ...]:
-    zeros = storage.zeros
-    sought = Objective(
-        storage.records(Goal, 1),
-        storage.records(BallRule, 1),
-        zeros(1, POCKETS),
-        zeros(1, 2),
-        zeros(POCKETS, 2),
-    )
-    runs = Runs(
-        storage.records(BallOutcome, 1),
-        storage.records(TableOutcome, 1),
-        storage.records(SegmentRecord, 1),
-        zeros(1),
-        zeros(1),
-    )
-    return sought, runs, zeros(1)
+    sought = Sought(0, 1.0, storage.zeros(2, 2), storage.zeros(1, 2))
+    tables, segments = storage.records(TableOutcome, 1), storage.records(SegmentRecord, 1)
+    return 0, sought, Runs(tables, segments, storage.zeros(1), storage.zeros(1)), storage.zeros(1)
 
 
 @entry(_example)
-def score_tables(sought: Objective, runs: Runs, penalties: Floats) -> None:
-    """Write the penalty of each table: 0 if the target is reached, see `Outcomes`."""
-    goal, count, begin = sought.goals[0], len(sought.rules), 0
+def measure_tables(measure: int, sought: Sought, runs: Runs, found: Floats) -> None:
+    """Measure each table for which `found` is above 0, a largest distance, and replace that."""
+    begin = 0
     for number in range(len(runs.tables)):
         table = runs.tables[number]
-        part = RunPart(number * count, begin, table.segments)
-        place = runs.balls[part.first].position
-        x, y = place[0] - goal.x, place[1] - goal.y
-        away = math.sqrt(x * x + y * y) - goal.radius
-        pots = goal.kind == POT or goal.kind == POT_AND_LEAVE
-        if goal.kind == TO_REST:
-            penalty = distance_penalty(away)
-        elif goal.kind == FOULS:
-            penalty = 0.0
-        elif pots and has_potted(sought.wanted, runs.balls, part.first):
-            penalty = distance_penalty(away) if goal.kind == POT_AND_LEAVE else 0.0
+        part = RunPart(begin, table.segments)
+        begin = part.end
+        if found[number] <= 0.0:
+            continue
+        if measure == DIRECTION:
+            found[number] = direction_error(sought, runs.segments, part)
+        elif measure == PLACE:
+            found[number] = place_error(sought, runs.segments, part)
         else:
             write_ends(runs, part, table.duration)
-            if pots:
-                penalty = pot_penalty(sought, runs, part)
-                if goal.kind == POT_AND_LEAVE:
-                    penalty += PENALTY_STEP
-            elif goal.kind == PASS or goal.kind == GATE:
-                penalty = path_penalty(goal, runs, part)
+            if measure == CROSSING:
+                found[number] = misses_line(sought, runs, part)
             else:
-                penalty = hit_penalty(sought, runs, part)
-        if is_foul(sought, table, runs.balls, part.first):
-            penalty += PENALTY_STEP
-        penalties[number] = penalty
-        begin = part.end
+                found[number] = approach(measure, sought, runs, part, found[number])
+
+
+def measured(
+    measure: Measure,
+    recording: BatchRecording,
+    points: ArrayLike,
+    *,
+    seeking: Array | None = None,
+    ball: int = 0,
+    apart: float = 0.0,
+    which: NDArray[np.bool_] | None = None,
+) -> Array:
+    """
+    Measure recorded tables.
+
+    Parameters
+    ----------
+    measure : Measure
+    recording : BatchRecording
+        Of n tables.
+    points, seeking, ball, apart
+        See `Sought`; by default the cue ball seeks all points.
+    which : (n,) bool array, optional
+        The tables to be measured; the result is 0 for the others.
+
+    Returns
+    -------
+    (n,) float array
+        See `Measure`; `NO_DISTANCE` if there is none.
+
+    """
+    run = measure_tables.current()
+    array, zeros, from_rows = run.storage.array, run.storage.zeros, run.storage.from_rows
+    count, balls = recording.balls.shape
+    places = np.array(points, dtype=float)
+    if seeking is None:
+        seeking = np.zeros((balls, len(places)))
+        seeking[0] = 1.0
+    found = array(np.where(np.ones(count, np.bool_) if which is None else which, NO_DISTANCE, 0.0))
+    runs = Runs(
+        from_rows(TableOutcome, recording.tables),
+        from_rows(SegmentRecord, recording.segments),
+        zeros(len(recording.segments)),
+        zeros(balls),
+    )
+    run(int(measure), Sought(ball, float(apart), array(places), array(seeking)), runs, found)
+    return np.asarray(found)
+
+
+def distance_penalty(gap: Array) -> Array:
+    """Penalty of distances [m] that are missing; 0 if none is."""
+    return np.clip(gap, 0.0, MAX_DISTANCE_PENALTY)
+
+
+def miss_penalty(gap: Array) -> Array:
+    """Penalty of distances [m] that are missing although they may be 0."""
+    return np.clip(gap, NO_SUCCESS, MAX_DISTANCE_PENALTY)

@@ -65,17 +65,19 @@ class DirectShots(Tabular):
         Number of tables.
     rows : (n,) array of DirectShot
         The rows that were found, of which all else are columns.
-    table, ball, pocket : (n,) int arrays
-        The table of each shot; the ball to be potted, as an index in `names`; the pocket, as an
-        index in `POCKET_NAMES`.
-    offsets : (n, 5) float array
-        The stroke: a, b, elevation, azimuth, speed, as of `Stroke.from_offsets`. It hits the
-        middle of the cue ball, with the cue as low as clearance allows.
+    table : (n,) int array
+        The table of each shot.
+    ball : (n,) int array
+        The ball to be potted, as an index in `names`.
+    pocket : (n,) int array
+        As an index in `POCKET_NAMES`.
     cut : (n,) float array
         Angle between the paths of the cue ball and of the line of centres [rad], positive if the
         ball goes off to the left.
-    distance, way : (n,) float arrays
-        How far the cue ball goes to the ball, and the ball to the middle of the hole [m].
+    distance : (n,) float array
+        How far the cue ball goes to the ball [m].
+    way : (n,) float array
+        How far the ball goes to the middle of the hole [m].
     chance : (n,) float array
         Probability that the ball falls into the pocket, under the errors of the player. It does
         not say where the cue ball goes.
@@ -95,7 +97,11 @@ class DirectShots(Tabular):
 
     @cached_property
     def offsets(self) -> Array:
-        """The strokes (n, 5)."""
+        """
+        The strokes (n, 5): a, b, elevation, azimuth, speed, as of `Stroke.from_offsets`.
+
+        They hit the middle of the cue ball, with the cue as low as clearance allows.
+        """
         middle = np.zeros((2, len(self)))
         return np.column_stack([*middle, *(self.rows[name] for name in OFFSETS[ELEVATION:])])
 

@@ -1,88 +1,50 @@
-"""Targets of a plan, as people state them, checked against the scene; reached at rest or not."""
+"""Targets of a plan: what people state of each, its check, its way points and its penalties."""
 
 # ruff: noqa: RUF009 (the calls in class bodies make fields, as dataclasses.field does)
+# ruff: noqa: D102 (what the methods return is told in `Target`)
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-import dataclasses
 from dataclasses import dataclass
 import math
-from typing import Any, TypeAlias
+from typing import Any
 
+import numpy as np
+
+from billiard_shot.planning.problem import Flags, Problem, Target
+from billiard_shot.planning.score import (
+    distance_penalty,
+    Measure,
+    measured,
+    miss_penalty,
+    PENALTY_STEP,
+)
+from billiard_shot.planning.shots import shots
+from billiard_shot.planning.target_fields import (
+    ANY,
+    ball_there,
+    balls_field,
+    balls_there,
+    cue_ball_fits,
+    needs_pockets,
+    on_table,
+    pocket_field,
+    segment_field,
+)
+from billiard_shot.records import Array
 from billiard_shot.scene import Scene
-from billiard_shot.scene.errors import (
-    InputError,
-    Mistake,
-    must_be,
-    must_be_one_of,
-    refused,
-    suggestion,
-    unknown,
-)
-from billiard_shot.scene.fields import (
-    check,
-    name,
-    number,
-    one_or_many,
-    point,
-    read,
-    TAKES,
-    whole_number,
-)
-from billiard_shot.scene.placement import CUE_BALL, lying, no_place, Place
-from billiard_shot.table.run.results import POCKET_NAMES
-
-ANY = 'any'
-
-
-def _segment() -> Any:
-    ends = point().metadata[TAKES]
-
-    def convert(value: object) -> tuple[Place, Place]:
-        try:
-            found = tuple(ends(each) for each in value)  # type: ignore[attr-defined]
-            begin, end = found
-        except (TypeError, ValueError):
-            raise refused(value, 'two points, ((x1, y1), (x2, y2))', unit='m') from None
-        if begin == end:
-            raise refused(value, 'two different points', unit='m')
-        return begin, end
-
-    return dataclasses.field(metadata={TAKES: convert})
-
-
-def pocket_field() -> Any:
-    """Make a field for the name of a pocket, a list of names, or `any`; its value is a tuple."""
-    allowed = f'{ANY}, or of {", ".join(POCKET_NAMES)} one or a list'
-
-    def convert(value: object) -> tuple[str, ...]:
-        names, known = one_or_many(value), (ANY, *POCKET_NAMES)
-        wrong = [each for each in names if not isinstance(each, str) or each not in known]
-        if wrong or not names:
-            hint = suggestion(known, wrong[0]) if wrong else ''
-            raise refused(value, allowed, hint=hint)
-        return tuple(pocket for pocket in POCKET_NAMES if pocket in names or ANY in names)
-
-    return dataclasses.field(default=ANY, metadata={TAKES: convert})
-
-
-def balls_field(default: str | None = None) -> Any:
-    """Make a field for the name of a ball, a list of names, or `any`; its value is a tuple."""
-    one = name().metadata[TAKES]
-
-    def convert(value: object) -> tuple[str, ...]:
-        names = one_or_many(value)
-        if not names:
-            raise refused(value, "a name, such as '8', a list of names, or any")
-        return tuple(dict.fromkeys(one(each) for each in names))
-
-    fallback: Any = dataclasses.MISSING if default is None else default
-    return dataclasses.field(default=fallback, metadata={TAKES: convert})
+from billiard_shot.scene.errors import InputError, Mistake, must_be, refused, unknown
+from billiard_shot.scene.fields import name, number, point, read, whole_number
+from billiard_shot.scene.placement import CUE_BALL, Place
+from billiard_shot.table.model.geometry import POCKETS
+from billiard_shot.table.model.motion import NOTHING
+from billiard_shot.table.run.simulate import TableBatch
+from billiard_shot.table.run.task import BatchRecording
 
 
 @dataclass(frozen=True, slots=True)
-class Rest:
+class Rest(Target):
     """
     The cue ball has to rest near a point.
 
@@ -97,13 +59,24 @@ class Rest:
 
     rest: Place = point()
     radius: float = number('m', above=0, default=0.1)
+    must_rest = True
 
-    def __post_init__(self) -> None:
-        check(self)
+    def mistakes(self, scene: Scene) -> Iterator[Mistake]:
+        yield from cue_ball_fits(scene, 'rest', self.rest, self.radius)
+
+    @property
+    def point(self) -> Place:
+        return self.rest
+
+    def penalties(self, problem: Problem, played: BatchRecording, fouls: Flags) -> Array:
+        return distance_penalty(_distance_at_rest(played, self.rest) - self.radius)
+
+    def judge(self, places: Mapping[str, Place]) -> tuple[bool, str]:
+        return _judged_by_distance(places, self.rest, self.radius)
 
 
 @dataclass(frozen=True, slots=True)
-class Pass:
+class Pass(Target):
     """
     The cue ball has to pass near a point.
 
@@ -119,12 +92,24 @@ class Pass:
     passing: Place = point()
     radius: float = number('m', above=0, default=0.02)
 
-    def __post_init__(self) -> None:
-        check(self)
+    def mistakes(self, scene: Scene) -> Iterator[Mistake]:
+        yield from cue_ball_fits(scene, 'pass', self.passing, self.radius)
+
+    @property
+    def point(self) -> Place:
+        return self.passing
+
+    @property
+    def passing_within(self) -> float:
+        return self.radius
+
+    def penalties(self, problem: Problem, played: BatchRecording, fouls: Flags) -> Array:
+        near = measured(Measure.APPROACH, played, [self.passing])
+        return distance_penalty(near - self.radius)
 
 
 @dataclass(frozen=True, slots=True)
-class Gate:
+class Gate(Target):
     """
     The centre of the cue ball has to pass between two points.
 
@@ -135,10 +120,25 @@ class Gate:
 
     """
 
-    gate: tuple[Place, Place] = _segment()
+    gate: tuple[Place, Place] = segment_field()
 
-    def __post_init__(self) -> None:
-        check(self)
+    def mistakes(self, scene: Scene) -> Iterator[Mistake]:
+        for end in self.gate:
+            yield from on_table(scene, 'gate', end)
+
+    @property
+    def point(self) -> Place:
+        (x, y), (u, v) = self.gate
+        return 0.5 * (x + u), 0.5 * (y + v)
+
+    @property
+    def passing_within(self) -> float:
+        return 0.5 * math.dist(*self.gate)
+
+    def penalties(self, problem: Problem, played: BatchRecording, fouls: Flags) -> Array:
+        missed = measured(Measure.CROSSING, played, self.gate) > 0.0
+        near = measured(Measure.APPROACH, played, [self.point], which=missed)
+        return np.where(missed, miss_penalty(near), 0.0)
 
 
 def _one_way_to_hit(hit: Any) -> Iterator[Mistake]:
@@ -149,7 +149,7 @@ def _one_way_to_hit(hit: Any) -> Iterator[Mistake]:
 
 
 @dataclass(frozen=True, slots=True)
-class Hit:
+class Hit(Target):
     """
     The cue ball has to meet a ball before any other.
 
@@ -175,12 +175,45 @@ class Hit:
     at: Place | None = point(nullable=True)
     radius: float = number('m', above=0, default=0.005)
 
-    def __post_init__(self) -> None:
-        check(self)
+    def mistakes(self, scene: Scene) -> Iterator[Mistake]:
+        yield from ball_there(scene, 'hit', self.hit)
+        if self.at is not None:
+            yield from on_table(scene, 'at', self.at)
+            if tuple(self.at) == scene.balls.get(self.hit):
+                allowed = f'beside the middle of ball {self.hit!r}'
+                yield Mistake(('at',), must_be(allowed, list(self.at), 'm'))
+
+    def concerns(self, ball: str) -> bool:
+        return ball == self.hit
+
+    def push(self, there: Array) -> Array | None:
+        if self.at is not None:
+            return there - self.at
+        return None if self.direction is None else np.array(self.direction)
+
+    def penalties(self, problem: Problem, played: BatchRecording, fouls: Flags) -> Array:
+        (ball,) = problem.balls
+        there, hit = problem.places[ball], played.balls['first_contact'][:, 0] == ball
+        near = measured(Measure.APPROACH_BEFORE_HIT, played, [there], which=~hit)
+        missed = PENALTY_STEP + miss_penalty(near - 2.0 * problem.radius)
+        if self.direction is not None:
+            turn = measured(Measure.DIRECTION, played, [self.direction], ball=ball, which=hit)
+            away = (turn - math.radians(self.direction_tolerance_deg)) / math.pi
+        elif self.at is not None:
+            beside = measured(Measure.PLACE, played, [there, self.at], ball=ball, which=hit)
+            away = problem.radius * beside - self.radius
+        else:
+            return np.where(hit, 0.0, missed)
+        return np.where(hit, distance_penalty(away), PENALTY_STEP + missed)
+
+    def miss_in_words(self, penalty: float) -> str:
+        if self.direction is not None:
+            return f'{180.0 * penalty:.3g} degrees'
+        return Target.miss_in_words(self, penalty)
 
 
 @dataclass(frozen=True, slots=True)
-class Pot:
+class Pot(Target):
     """
     One of the named balls has to fall into a pocket, and the cue ball has to stay on the table.
 
@@ -202,16 +235,53 @@ class Pot:
     leave: Place | None = point(nullable=True)
     radius: float = number('m', above=0, default=0.1)
 
-    def __post_init__(self) -> None:
-        check(self)
+    def mistakes(self, scene: Scene) -> Iterator[Mistake]:
+        yield from balls_there(scene, 'pot', self.pot)
+        yield from needs_pockets(scene, 'pocket')
+        if self.leave is not None:
+            yield from cue_ball_fits(scene, 'leave', self.leave, self.radius, self.pot)
 
-    def wants(self, ball: str) -> bool:
-        """Whether a ball, other than the cue ball, is one of those to be potted."""
+    def concerns(self, ball: str) -> bool:
         return ANY in self.pot or ball in self.pot
+
+    def penalties(self, problem: Problem, played: BatchRecording, fouls: Flags) -> Array:
+        balls, pocket = np.array(problem.balls), played.balls['pocket']
+        may_fall = np.zeros((len(problem.places), POCKETS))
+        may_fall[np.ix_(balls, problem.pockets)] = 1.0
+        every = np.arange(len(problem.places))
+        fell = ((pocket != NOTHING) & (may_fall[every, pocket] > 0.0)).any(axis=1)
+        met = (played.balls['first_contact'][:, balls] != NOTHING).any(axis=1)
+        to_pocket = measured(
+            Measure.APPROACH, played, problem.holes, seeking=may_fall, which=met & ~fell
+        )
+        to_ball = measured(
+            Measure.APPROACH,
+            played,
+            problem.places[balls],
+            seeking=np.not_equal.outer(every, balls).astype(float),
+            apart=2.0 * problem.radius,
+            which=~met & ~fell,
+        )
+        missed = np.where(met, miss_penalty(to_pocket), PENALTY_STEP + distance_penalty(to_ball))
+        if self.leave is None:
+            return np.where(fell, 0.0, missed)
+        left = distance_penalty(_distance_at_rest(played, self.leave) - self.radius)
+        return np.where(fell, left, missed + PENALTY_STEP)
+
+    def judge(self, places: Mapping[str, Place]) -> tuple[bool, str]:
+        wanted = () if ANY in self.pot else self.pot
+        fallen = sorted(set(wanted) - set(places))
+        if wanted and not fallen:
+            return False, f'not reached: still on the table: {", ".join(wanted)}'
+        if self.leave is not None:
+            return _judged_by_distance(places, self.leave, self.radius)
+        if fallen:
+            return True, f'reached: pocketed: {", ".join(fallen)}'
+        return Target.judge(self, places)
 
 
 @dataclass(frozen=True, slots=True)
-class Safe:
+class Safe(Target):
     """
     A legal stroke that leaves the other player no good direct shot.
 
@@ -232,13 +302,31 @@ class Safe:
     safe: tuple[str, ...] = balls_field()
     against: tuple[str, ...] = balls_field(default=ANY)
     chance: float = number('', minimum=0, maximum=1, default=0.2)
+    must_meet = True
+    kind = 'safety'
 
-    def __post_init__(self) -> None:
-        check(self)
+    def mistakes(self, scene: Scene) -> Iterator[Mistake]:
+        yield from balls_there(scene, 'safe', self.safe)
+        yield from balls_there(scene, 'against', self.against)
+        yield from needs_pockets(scene, 'safe')
+
+    def concerns(self, ball: str) -> bool:
+        return ANY in self.safe or ball in self.safe
+
+    def penalties(self, problem: Problem, played: BatchRecording, fouls: Flags) -> Array:
+        outcomes = TableBatch(problem.names, played)
+        penalties = np.zeros(len(fouls))
+        quiet = ~outcomes.to_cushion.any(axis=1) & (_fallen(problem, played) == 0)
+        penalties[quiet] = PENALTY_STEP
+        legal = np.flatnonzero(~fouls & ~quiet)
+        wanted = None if ANY in self.against else self.against
+        left = shots(problem.scene, outcomes.states.take(legal), wanted, problem.noise, workers=1)
+        penalties[legal] = distance_penalty(left.best - self.chance)
+        return penalties
 
 
 @dataclass(frozen=True, slots=True)
-class Break:
+class Break(Target):
     """
     Balls have to fall, and the cue ball has to stay on the table.
 
@@ -253,13 +341,51 @@ class Break:
 
     breaking: tuple[str, ...] = balls_field()
     pots: int = whole_number(minimum=1, default=1)
+    must_meet = True
+    least_speed = 0.7  # slower breaks are not candidates
+    kind = 'break'
 
-    def __post_init__(self) -> None:
-        check(self)
+    def mistakes(self, scene: Scene) -> Iterator[Mistake]:
+        yield from balls_there(scene, 'break', self.breaking)
+        others = len(scene.object_balls)
+        if self.pots > others > 0:
+            yield Mistake(('pots',), must_be(f'at most {others}, the balls', self.pots))
+        yield from needs_pockets(scene, 'break')
+
+    def concerns(self, ball: str) -> bool:
+        return ANY in self.breaking or ball in self.breaking
+
+    def penalties(self, problem: Problem, played: BatchRecording, fouls: Flags) -> Array:
+        return PENALTY_STEP * np.maximum(self.pots - _fallen(problem, played), 0)
 
 
-Target: TypeAlias = Rest | Pass | Gate | Hit | Pot | Safe | Break
-KINDS: dict[str, type[Any]] = {
+def _distance_at_rest(played: BatchRecording, point: Place) -> Array:
+    """Distances (n,) of cue balls at the end from a point [m]."""
+    x, y = (played.balls['position'][:, 0, :2] - point).T
+    distances: Array = np.sqrt(x * x + y * y)
+    return distances
+
+
+def _fallen(problem: Problem, played: BatchRecording) -> Array:
+    """Count the balls (n,) that fell, without those that must stay."""
+    may_fall = ~problem.rules['must_stay']
+    fallen: Array = (may_fall & (played.balls['pocket'] != NOTHING)).sum(axis=1)
+    return fallen
+
+
+def _judged_by_distance(
+    places: Mapping[str, Place], point: Place, radius: float
+) -> tuple[bool, str]:
+    """Judge whether the cue ball rests near a point."""
+    apart = math.dist(places[CUE_BALL], point)
+    reached = apart <= radius
+    return reached, (
+        f'{"reached" if reached else "not reached"}: the cue ball rests '
+        f'{1e3 * apart:.1f} mm from the point, {1e3 * radius:g} mm are allowed'
+    )
+
+
+KINDS: dict[str, type[Target]] = {
     'rest': Rest,
     'pass': Pass,
     'gate': Gate,
@@ -269,18 +395,6 @@ KINDS: dict[str, type[Any]] = {
     'break': Break,
 }
 FIELDS = {'pass': 'passing', 'break': 'breaking'}  # keys that no field of Python can have
-
-
-def met_first(target: Target) -> tuple[str, ...]:
-    """Return the balls of which the target wants one to be met first; empty if it does not."""
-    match target:
-        case Hit():
-            return (target.hit,)
-        case Safe():
-            return target.safe
-        case Break():
-            return target.breaking
-    return ()
 
 
 def target_of(scene: Scene, wanted: Target | Mapping[str, Any]) -> Target:
@@ -294,7 +408,7 @@ def target_of(scene: Scene, wanted: Target | Mapping[str, Any]) -> Target:
 
     """
     target = read_target(wanted)
-    if mistakes := list(_not_in(scene, target)):
+    if mistakes := list(target.mistakes(scene)):
         raise InputError(mistakes, 'target')
     return target
 
@@ -331,117 +445,3 @@ def read_target(wanted: Target | Mapping[str, Any]) -> Target:
         ]
         raise InputError(mistakes, 'target') from None
     return target
-
-
-def _not_in(scene: Scene, target: Target) -> Iterator[Mistake]:
-    match target:
-        case Rest():
-            yield from _place(scene, 'rest', target.rest, target.radius)
-        case Pass():
-            yield from _place(scene, 'pass', target.passing, target.radius)
-        case Gate():
-            for end in target.gate:
-                yield from _on_table(scene, 'gate', end)
-        case Hit():
-            yield from _ball(scene, 'hit', target.hit)
-            if target.at is not None:
-                yield from _on_table(scene, 'at', target.at)
-                if tuple(target.at) == scene.balls.get(target.hit):
-                    allowed = f'beside the middle of ball {target.hit!r}'
-                    yield Mistake(('at',), must_be(allowed, list(target.at), 'm'))
-        case Safe():
-            yield from _balls(scene, 'safe', target.safe)
-            yield from _balls(scene, 'against', target.against)
-            yield from _without_pockets(scene, 'safe')
-        case Break():
-            yield from _balls(scene, 'break', target.breaking)
-            others = len(scene.object_balls)
-            if target.pots > others > 0:
-                yield Mistake(('pots',), must_be(f'at most {others}, the balls', target.pots))
-            yield from _without_pockets(scene, 'break')
-        case Pot():
-            yield from _balls(scene, 'pot', target.pot)
-            yield from _without_pockets(scene, 'pocket')
-            if target.leave is not None:
-                yield from _place(scene, 'leave', target.leave, target.radius, target.pot)
-
-
-def _without_pockets(scene: Scene, key: str) -> Iterator[Mistake]:
-    if scene.table is None or not scene.table.pockets:
-        yield Mistake((key,), 'needs a table with pockets; the scene has none')
-
-
-def _balls(scene: Scene, key: str, balls: tuple[str, ...]) -> Iterator[Mistake]:
-    if not scene.object_balls:
-        yield Mistake((key,), 'needs a ball; the scene has only the cue ball')
-        return
-    for ball in balls:
-        if ball != ANY:
-            yield from _ball(scene, key, ball)
-
-
-def _ball(scene: Scene, key: str, ball: str) -> Iterator[Mistake]:
-    if ball == CUE_BALL:
-        yield Mistake((key,), f'must be another ball, got {ball!r}')
-    elif ball not in scene.object_balls:
-        yield Mistake((key,), must_be_one_of(scene.object_balls, ball, 'ball'))
-
-
-def _on_table(scene: Scene, key: str, place: Place) -> Iterator[Mistake]:
-    table = scene.table
-    if table is None:
-        return
-    x, y = 0.5 * table.length, 0.5 * table.width
-    if abs(place[0]) > x or abs(place[1]) > y:
-        yield Mistake(
-            (key,),
-            (
-                f'must be on the table, x from {-x:g} to {x:g} and y from {-y:g} to {y:g}, got '
-                f'{place!r} (m)'
-            ),
-        )
-
-
-def _place(
-    scene: Scene, key: str, place: Place, radius: float, gone: tuple[str, ...] = ()
-) -> Iterator[Mistake]:
-    """Mistakes of a point from which the centre of the cue ball may be at most `radius` away."""
-    off = list(_on_table(scene, key, place))
-    if not off and (why := no_place(scene.table, *place, scene.ball.radius)):
-        off = [Mistake((key,), must_be(why, place, 'm'))]
-    yield from off
-    for other, there in lying(scene).items():
-        apart = math.dist(place, there)
-        if (
-            other not in (CUE_BALL, *gone)
-            and ANY not in gone
-            and (apart < scene.ball.radius or 2.0 * scene.ball.radius - apart > radius)
-        ):
-            yield Mistake(
-                (key,),
-                (
-                    f'must be at least {2e3 * scene.ball.radius:.4g} mm from ball {other!r}, got '
-                    f'{place!r}, {1e3 * apart:.4g} mm from it'
-                ),
-            )
-
-
-def reached_at_rest(target: Target, places: Mapping[str, Place]) -> tuple[bool, str]:
-    """Judge by the places [m] of the balls that are left; return whether, and a sentence."""
-    if CUE_BALL not in places:
-        return False, 'not reached: the cue ball is not on the table'
-    wanted = target.pot if isinstance(target, Pot) and ANY not in target.pot else ()
-    fallen = sorted(set(wanted) - set(places))
-    if wanted and not fallen:
-        return False, f'not reached: still on the table: {", ".join(wanted)}'
-    match target:
-        case Rest(rest=point) | Pot(leave=point) if point is not None:
-            apart = math.dist(places[CUE_BALL], point)
-            reached = apart <= target.radius
-            return reached, (
-                f'{"reached" if reached else "not reached"}: the cue ball rests '
-                f'{1e3 * apart:.1f} mm from the point, {1e3 * target.radius:g} mm are allowed'
-            )
-    if fallen:
-        return True, f'reached: pocketed: {", ".join(fallen)}'
-    return True, 'not judged: the balls at rest do not show whether it was reached'

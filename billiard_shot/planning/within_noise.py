@@ -302,10 +302,9 @@ def fit_cell(model: StrikeModel, cell: Cell) -> CellFit:
 
 def _cells_of(strokes: Array, level: int) -> tuple[list[Cell], NDArray[np.int64], list[int]]:
     """Find the cells of a level, the number of the cell of each stroke, and strokes in each."""
-    places = strokes[:, VARIED]
-    places[:, :3] /= SIZES / 2**level
-    places[:, 0] = np.abs(places[:, 0])
-    places[:, 3] = np.log(places[:, 3]) / math.log(SPEED_RATIO)
+    a, b, elevation, speed = strokes[:, VARIED].T
+    sizes, power = SIZES / 2**level, np.log(speed) / math.log(SPEED_RATIO)
+    places = np.column_stack([np.stack([np.abs(a), b, elevation], axis=1) / sizes, power])
     indices = np.floor(places).astype(np.int64)
     # np.unique of rows takes ten times as long
     order = np.lexsort(indices.T[::-1])

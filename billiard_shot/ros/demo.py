@@ -13,7 +13,14 @@ import sys
 
 from domain_coordinator import domain_id
 
-from billiard_shot.ros.robot import command, config_file, nodes_of, quiet_environment, running
+from billiard_shot.ros.robot import (
+    command,
+    config_file,
+    nodes_of,
+    OfRobot,
+    quiet_environment,
+    running,
+)
 
 PREDICTOR = {'predictor': ('-p', 'scene:=paper', '--log-level', 'warn')}
 DEMO_SCENE = 'robot_table'  # of the mechanical cue
@@ -61,9 +68,7 @@ def main() -> None:
                 'A simulated cue plays two strokes, a planned one, and a game of three balls:',
                 flush=True,
             )
-            nodes = nodes_of(
-                QUICK, DEMO_SCENE, simulate=True, camera=False, player=False, interface='topic'
-            )
+            nodes = nodes_of(QUICK, OfRobot(scene=DEMO_SCENE, simulate=True))
             with running(nodes, environment):
                 failed = run_program('player', environment, *PLAYED)
     if not failed:

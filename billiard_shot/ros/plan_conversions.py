@@ -16,7 +16,9 @@ from billiard_shot import PlanResult, Scene
 from billiard_shot.perception import gate
 from billiard_shot.perception.sightings import Balls, largest_deviation, Sighting
 from billiard_shot.planning import targets
+from billiard_shot.planning.problem import Target as PlanTarget
 from billiard_shot.planning.result import RankedStroke
+from billiard_shot.planning.target_fields import ANY
 from billiard_shot.ros.conversions import (
     check_frame,
     filled,
@@ -51,7 +53,7 @@ class PlanRequest:
     """Arguments of `billiard_shot.plan`."""
 
     scene: Scene
-    target: targets.Target | dict[str, Any]
+    target: PlanTarget | dict[str, Any]
     noise: Noise
     constraints: dict[str, Any]
     budget: int
@@ -185,7 +187,7 @@ def requested_target(target: Target) -> dict[str, Any] | None:
     return {name: value for name, value in {**found, 'radius': target.radius}.items() if value}
 
 
-def target_in(text: str) -> targets.Target:
+def target_in(text: str) -> PlanTarget:
     """Read a target from YAML; ValueError if it has mistakes. `plan` checks if it fits a scene."""
     try:
         return targets.read_target(yaml.safe_load(text))
@@ -193,7 +195,7 @@ def target_in(text: str) -> targets.Target:
         raise ValueError(f'target: {text!r} is not YAML: {error}') from None
 
 
-def target_message(target: targets.Target | Mapping[str, Any]) -> Target:
+def target_message(target: PlanTarget | Mapping[str, Any]) -> Target:
     """Make the message of a target as `plan` takes it; ValueError names its mistakes."""
     found = targets.read_target(target)
     message = Target(radius=getattr(found, 'radius', 0.0))
@@ -212,7 +214,7 @@ def target_message(target: targets.Target | Mapping[str, Any]) -> Target:
                 message.within = math.radians(found.direction_tolerance_deg)
         case targets.Pot(pot=balls, pocket=pockets, leave=point):
             message.kind, message.pockets, message.use_point = Target.POT, pockets, bool(point)
-            message.balls = [] if targets.ANY in balls else balls
+            message.balls = [] if ANY in balls else balls
         case _:
             raise ValueError(f'target must be rest, pass, gate, hit or pot, got {target!r}')
     message.point = filled(Point, point or ())

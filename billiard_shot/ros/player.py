@@ -23,8 +23,8 @@ from billiard_shot import Scene, Status, Stroke
 from billiard_shot.cli.options import add_options, check_options, positional
 from billiard_shot.cli.stroke_options import STROKE_OPTIONS, strokes_from_options, strokes_given
 from billiard_shot.cue.plan import GoalOutcome, RefusedError
+from billiard_shot.planning.problem import Target
 from billiard_shot.planning.statistics import estimate_in_words
-from billiard_shot.planning.targets import reached_at_rest, Target
 from billiard_shot.ros import conversions
 from billiard_shot.ros.client import (
     CLIENT_HELP,
@@ -138,7 +138,7 @@ def play_target(
     if not play_shot(client, '  planned', goal, options.arm):
         return False
     places = {name: ball.position for name, ball in client.balls().items()}
-    reached, words = reached_at_rest(target, places)
+    reached, words = target.judged_at_rest(places)
     say(f'  target      {words}')
     return reached
 
@@ -212,8 +212,9 @@ def main(args: Sequence[str] | None = None) -> None:
         parser.error(str(error))
 
     def work(client: RobotClient) -> bool:
+        table = GameTable(client, scene)
         if options.serve:
-            return TurnServer(GameTable(client, scene), options.modules).serve()
+            return TurnServer(table, options.modules).serve()
         if options.targets:
             client.wait_for_planner()
         if options.targets or strokes:
@@ -222,7 +223,7 @@ def main(args: Sequence[str] | None = None) -> None:
         return (
             all(play_stroke(client, *named, scene, options) for named in strokes.items())
             and all(play_target(client, text, target, options) for text, target in options.targets)
-            and (game is None or play_turn(client, *game, scene, options))
+            and (game is None or play_turn(table, *game, options))
         )
 
     run_client(

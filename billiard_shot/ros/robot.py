@@ -78,50 +78,6 @@ exit codes: 0 after Ctrl+C; 1 if a node ended by itself; 2 invalid arguments"""
 PROCESS_POLL_PERIOD = 0.2  # s between two checks whether all nodes still run
 
 
-def nodes_of(
-    ros: Sequence[str],
-    scene: str,
-    simulate: bool,
-    camera: bool,
-    player: bool,
-    interface: str,
-    record: str = '',
-) -> dict[str, tuple[str, ...]]:
-    """Nodes and their ROS arguments; `ros` are arguments of all nodes."""
-    patience = SIMULATION if simulate else ()
-    on_it = ('-p', f'scene:={scene}', *ros)
-    kept = '' if simulate else state_file(ros)
-    driver = (
-        '-p',
-        f"state_file:='{kept}'",
-        *on_it,
-        '-p',
-        'autostart:=true',
-        '-p',
-        f'interface:={interface}',
-        *patience,
-    )
-    nodes = {'predictor': on_it, 'planner': on_it, 'cue_driver': driver}
-    if camera:
-        nodes['table_tracker'] = on_it
-    if record:
-        nodes['shot_recorder'] = (*on_it, '-p', f'file:={record}')
-    if player:
-        nodes['player'] = (*ros, '--', '--serve', '--scene', scene)
-    if simulate:
-        nodes['table_sim'] = (*on_it, '-p', f'camera:={camera}', *patience)
-        if interface == 'topic':
-            nodes['cue_sim'] = (*ros, *patience)
-    return nodes
-
-
-def state_file(ros: Sequence[str]) -> str:
-    """Path of the file that keeps a latched state of the driver, for the namespace in `ros`."""
-    spaces = [each.partition('__ns:=')[2].strip('/') for each in ros if '__ns:=' in each]
-    home = Path(os.environ.get('ROS_HOME') or Path.home() / '.ros')
-    return str(home.joinpath('billiard_shot', *spaces[-1:], 'cue_driver.state'))
-
-
 @dataclass(frozen=True)
 class OfRobot:
     """
@@ -152,6 +108,39 @@ class OfRobot:
     record: str = ''
 
 
+def nodes_of(ros: Sequence[str], robot: OfRobot) -> dict[str, tuple[str, ...]]:
+    """Nodes and their ROS arguments; `ros` are arguments of all nodes."""
+    patience = SIMULATION if robot.simulate else ()
+    on_it = (*settings(scene=robot.scene), *ros)
+    kept = '' if robot.simulate else state_file(ros)
+    own = settings(autostart='true', interface=robot.interface)
+    driver = (*settings(state_file=f"'{kept}'"), *on_it, *own, *patience)
+    nodes = {'predictor': on_it, 'planner': on_it, 'cue_driver': driver}
+    if robot.camera:
+        nodes['table_tracker'] = on_it
+    if robot.record:
+        nodes['shot_recorder'] = (*on_it, *settings(file=robot.record))
+    if robot.player:
+        nodes['player'] = (*ros, '--', '--serve', '--scene', robot.scene)
+    if robot.simulate:
+        nodes['table_sim'] = (*on_it, *settings(camera=robot.camera), *patience)
+        if robot.interface == 'topic':
+            nodes['cue_sim'] = (*ros, *patience)
+    return nodes
+
+
+def settings(**values: object) -> tuple[str, ...]:
+    """ROS arguments that set parameters."""
+    return tuple(word for each in values for word in ('-p', f'{each}:={values[each]}'))
+
+
+def state_file(ros: Sequence[str]) -> str:
+    """Path of the file that keeps a latched state of the driver, for the namespace in `ros`."""
+    spaces = [each.partition('__ns:=')[2].strip('/') for each in ros if '__ns:=' in each]
+    home = Path(os.environ.get('ROS_HOME') or Path.home() / '.ros')
+    return str(home.joinpath('billiard_shot', *spaces[-1:], 'cue_driver.state'))
+
+
 def main(args: Sequence[str] | None = None) -> None:
     """Start the nodes; the exit code is 1 if one of them ends by itself."""
     given = list(sys.argv if args is None else ['', *args])
@@ -160,7 +149,7 @@ def main(args: Sequence[str] | None = None) -> None:
     parser = parser_of('robot', __doc__, MORE_HELP)
     add_options(parser, OfRobot())
     options = parser.parse_args(own)
-    nodes = nodes_of(ros, **vars(options))
+    nodes = nodes_of(ros, OfRobot(**vars(options)))
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     ended: list[str] = []
     with running(nodes, quick_environment()) as processes:

@@ -103,7 +103,7 @@ def places_of(balls: Sequence[BallState]) -> dict[str, tuple[float, float]]:
 PLACE_TOLERANCE = 0.01  # m of a ball from its place; the player then decides for where it lies
 PLACE_TIME = 600.0  # s in which balls are put somewhere by hand
 FORGET_PERIOD = 2.0  # s between two calls that make a tracker forget the balls
-FOUND_TIME = 10.0  # s in which a tracker finds balls again
+FOUND_TIME = 10.0  # s in which a tracker finds balls again, or a client a simulated table
 RULE_TIME = 60.0  # s that somebody has to state the outcome of a shot after a cancel
 RECORD_TIME = 5.0  # s in which a simulated table publishes its record of a shot
 
@@ -175,9 +175,11 @@ class GameTable:
                 if self._forget.service_is_ready():
                     what += ' (are they in class_names of table_tracker?)'
             tell(f'put the balls in their places: {what}', state.balls)
-            if self._place.service_is_ready():
+            is_simulated = self._place.service_is_ready  # soon after the start it is not known yet
+            self.client.until(lambda: is_simulated() or self._lie_at(state.balls), FOUND_TIME)
+            if is_simulated():
                 request = PlaceBalls.Request(balls=balls_message(state.balls))
-                answer = self.client.call(self._place, request)
+                answer = self.client.call(self._place, request, attempts=3)
                 if not answer.success:
                     raise TableUnknownError(f'table_sim/place: {answer.message}')
             if not self.client.until(lambda: self._lie_at(state.balls), PLACE_TIME):

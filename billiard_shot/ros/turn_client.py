@@ -105,12 +105,11 @@ class Operator:
             say(f'  "{line}" is not asked for now')
 
 
-def play_turn(client: RobotClient, state: State, agent: Agent, scene: Scene, options: Any) -> bool:
+def play_turn(table: GameTable, state: State, agent: Agent, options: Any) -> bool:
     """Play a turn, and print it; return False if it was not played, or the rack is lost."""
     say(f'{state.game.name}: {len(state.object_balls)} balls, player {state.player}')
-    operator = Operator(client, arms=options.arm)
-    table, ask = GameTable(client, scene), operator.question.ask
-    turn = Turn(table, agent, operator.tell, ask, options.arm, state)
+    operator = Operator(table.client, arms=options.arm)
+    turn = Turn(table, agent, operator.tell, operator.question.ask, options.arm, state)
     try:
         outcome, message = turn.play()
         say(f'  turn        {message}')

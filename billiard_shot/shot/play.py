@@ -20,7 +20,7 @@ from billiard_shot.table.model.cue import CueParams
 from billiard_shot.table.model.geometry import TableParams
 from billiard_shot.table.model.motion import BallStart
 from billiard_shot.table.run.effects import table_on
-from billiard_shot.table.run.layout import ENDLESS, lay_out, table_of
+from billiard_shot.table.run.layout import ENDLESS, layout_of
 from billiard_shot.table.run.results import count_in_words
 from billiard_shot.table.run.simulate import TableBatch
 from billiard_shot.table.run.states import ball_starts, TableStates
@@ -109,7 +109,7 @@ def _prepared(
     starts = ball_starts(1, len(names))
     starts['position'] = places
     cue = cue_params(model, table)
-    laid_out = table_of(lay_out(OBJECTS, model.surface, table, cue=cue))
+    laid_out = layout_of(model.surface, table, cue)
     balls = OBJECTS.from_rows(BallStart, starts[0])
     reaching = reaching_speed(laid_out, balls, 0, len(balls))
     return PreparedScene(model, table, obstacles, cue, names, starts, reaching)
@@ -233,8 +233,10 @@ class StrokeBatch(TableBatch, Shown):
     Attributes
     ----------
     scene : Scene
-    velocity, spin : (n, 3) float arrays
-        Of the cue ball at the end of the strike [m/s], [rad/s].
+    velocity : (n, 3) float array
+        Of the cue ball at the end of the strike [m/s].
+    spin : (n, 3) float array
+        The same [rad/s].
     cue_speed : (n,) float array
         Along the stroke [m/s].
     evaluations : (n,) int array

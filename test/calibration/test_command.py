@@ -61,7 +61,7 @@ def test_a_recording_is_converted(tmp_path, capsys):
     [
         (['none.csv'], 'none.csv: No such file'),
         (['none.csv', '--report', 'report.txt'], '--report must be a file .html'),
-        (['none.csv', '--workers', '0'], '--workers must be at least 1'),
+        (['none.csv', '--workers', '0'], '--workers must be a whole number, at least 1, got 0'),
     ],
 )
 def test_wrong_requests_are_refused(words, said, capsys):

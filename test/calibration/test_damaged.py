@@ -13,8 +13,8 @@ from simulated import simulated_recording
 from billiard_shot import Scene
 from billiard_shot.calibration import reader
 from billiard_shot.calibration.calibrate import calibrate
-from billiard_shot.calibration.reader import write_csv
-from billiard_shot.calibration.samples import read_recordings, usable_shots
+from billiard_shot.calibration.reader import read_recordings, write_csv
+from billiard_shot.calibration.recording import usable_shots
 
 CAROM = Scene.load('carom')
 

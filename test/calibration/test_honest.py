@@ -10,12 +10,18 @@ from simulated import simulated_recording
 from billiard_shot import Scene
 from billiard_shot.calibration.calibrate import calibrate, no_gain, unexplained
 from billiard_shot.calibration.estimate import Estimate
-from billiard_shot.calibration.fit import at_bounds, fit, FitProblem, Launch, search_fit, sought_in
+from billiard_shot.calibration.fit import (
+    at_bounds,
+    FitProblem,
+    followed,
+    Launch,
+    search_fit,
+    sought_in,
+)
 from billiard_shot.calibration.launch import calibration_model, FIRST_SCALES, FOLLOW, SIDE, ways_of
 from billiard_shot.calibration.reader import read_recording, write_csv
-from billiard_shot.calibration.recording import measured_sigma, with_sigma
+from billiard_shot.calibration.recording import FIT_PERIOD, measured_sigma, samples_of, with_sigma
 from billiard_shot.calibration.result import Check
-from billiard_shot.calibration.samples import FIT_PERIOD, samples_of
 from billiard_shot.cli import main
 from billiard_shot.cli.output import FAILED, WRONG_INPUT
 
@@ -105,7 +111,7 @@ def test_shots_whose_beginning_no_launch_explains_are_named(few):
         samples = samples_of(shot, 1.0, FIT_PERIOD)
         begin = Launch(samples, np.zeros(5 + 2 * len(samples.balls)))
         launches.append(search_fit(problem.model, [], FIRST_SCALES, 0.8, (begin, (1, number))))
-    found = fit(problem, problem.start, launches, FIRST_SCALES, 0)
+    found = followed(problem, problem.start, launches, FIRST_SCALES)
     assert unexplained(found) == []
     for launch in launches[:2]:  # the ball is somebody else's
         struck = launch.samples.ball == 0
@@ -143,7 +149,7 @@ def test_numbers_at_a_bound_are_named(few):
     samples = [samples_of(shot, 1.0, FIT_PERIOD) for shot in few.shots[:2]]
     launches = [Launch(each, np.zeros(5 + 2 * len(each.balls))) for each in samples]
     values = np.clip(problem.start * [1.0, 0.0, 1.0, 1.0, 1.0], *problem.bounds)
-    found = fit(problem, values, launches, FIRST_SCALES, 0)
+    found = followed(problem, values, launches, FIRST_SCALES)
     assert at_bounds(found) == ['table.cushion.early_fading']
 
 

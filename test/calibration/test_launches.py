@@ -14,17 +14,19 @@ from billiard_shot.calibration.launch import (
     DIRECTION,
     FIRST_SCALES,
     FOLLOW,
+    horizons,
+    middle_launch,
     PLACES,
     prior_of,
     scales_of,
+    search_launches,
     SIDE,
     SPEED,
+    spins_of,
     states_of,
     ways_of,
 )
-from billiard_shot.calibration.recording import Frame
-from billiard_shot.calibration.samples import samples_of
-from billiard_shot.calibration.search import horizons, middle_launch, search_launches, spins_of
+from billiard_shot.calibration.recording import Frame, samples_of
 
 CAROM = replace(Scene.load('carom'), balls={})
 TURNED = Frame(0.2, -0.1, 0.3, 1.1)

@@ -18,8 +18,7 @@ from billiard_shot.calibration.machine import (
     Strike,
 )
 from billiard_shot.calibration.reader import read_recording, write_csv
-from billiard_shot.calibration.recording import RecordedShot, Recording, Track
-from billiard_shot.calibration.samples import samples_of
+from billiard_shot.calibration.recording import RecordedShot, Recording, samples_of, Track
 from billiard_shot.cli import main
 from billiard_shot.cli.output import DONE, WRONG_INPUT
 from billiard_shot.cue.mechanism import Alignment, Mechanism

@@ -14,8 +14,8 @@ import pytest
 from billiard_shot import Scene
 from billiard_shot.calibration.launch import calibration_model
 from billiard_shot.calibration.reader import read_recording
+from billiard_shot.calibration.recording import usable_shots
 from billiard_shot.calibration.result import quantiles, searched_check
-from billiard_shot.calibration.samples import usable_shots
 
 CAROM = Scene.load('carom')
 

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from billiard_shot.calibration.recording import RecordedShot, Track
-from billiard_shot.calibration.samples import samples_of
+from billiard_shot.calibration.recording import RecordedShot, samples_of, Track
 
 SIGMA = 1e-3
 

@@ -8,8 +8,7 @@ import pytest
 from billiard_shot import predict, Scene, Stroke
 from billiard_shot.calibration.launch import CalibrationModel, launch_of, states_of
 from billiard_shot.calibration.reader import read_recording
-from billiard_shot.calibration.recording import Frame
-from billiard_shot.calibration.samples import samples_of
+from billiard_shot.calibration.recording import Frame, samples_of
 from billiard_shot.calibration.shot_log import ShotLog
 from billiard_shot.perception.sightings import Sighting
 

@@ -15,8 +15,7 @@ from billiard_shot.calibration.launch import (
     prior_of,
     states_of,
 )
-from billiard_shot.calibration.recording import Frame
-from billiard_shot.calibration.samples import samples_of
+from billiard_shot.calibration.recording import Frame, samples_of
 from billiard_shot.calibration.simulator import FASTEST, recording_of, SLOWEST
 from billiard_shot.scene import Bias, Noise
 from billiard_shot.scene.player import SPEED

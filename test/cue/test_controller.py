@@ -599,6 +599,21 @@ def test_a_shot_is_played_once(bench):
     assert bench.play(SHOT, 'b').outcome is GoalOutcome.OK
 
 
+@pytest.mark.parametrize(
+    ('remaining', 'outcome'),
+    [
+        (0.0, GoalOutcome.ALREADY_EXPIRED),
+        (-5.0, GoalOutcome.ALREADY_EXPIRED),
+        (math.nan, GoalOutcome.ALREADY_EXPIRED),
+        (Settings().max_goal_validity + 0.1, GoalOutcome.INVALID_PLAN),
+    ],
+)
+def test_a_goal_that_is_late_or_valid_for_too_long_is_refused(bench, remaining, outcome):
+    with pytest.raises(RefusedError) as caught:
+        bench.send_goal(SHOT, remaining=remaining)
+    assert caught.value.outcome is outcome
+
+
 def test_an_arm_for_another_shot_is_refused(bench):
     """Also after a client was ended while its shot was aimed."""
     bench.send_goal(SHOT, 'A')

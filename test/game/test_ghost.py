@@ -108,7 +108,10 @@ def test_less_noise_is_a_stronger_player(capsys):
     [
         (['gredy'], 'the nearest is greedy'),
         (['greedy', '--racks', '0'], '--racks must be'),
-        (['greedy', '--noise-scale', '-1'], '--noise-scale must be finite and above 0, got -1.0'),
+        (
+            ['greedy', '--noise-scale', '-1'],
+            '--noise-scale must be a finite number above 0, got -1.0',
+        ),
         (['greedy', '--scene', 'carom'], 'eight_ball_ghost needs a table with pockets'),
     ],
 )

@@ -20,6 +20,7 @@ from setups import (
 )
 from slow_check import frame, inverse_mass, jacobian, rotation
 
+from billiard_shot.impact import Body, collide
 from billiard_shot.impact.collocation import TABLEAUS
 from billiard_shot.impact.ending import energy_imbalance
 from billiard_shot.impact.state import ContactState, workspace
@@ -313,6 +314,19 @@ def test_nothing_happens_where_nothing_approaches():
     assert result.status == Status.OK
     assert len(result.phases) == 0
     np.testing.assert_array_equal(result.velocities, start_of(setup)[0])
+
+
+@pytest.mark.parametrize('reactivation', ['instant', 'distance'])
+def test_bodies_without_contacts_keep_their_motion(reactivation):
+    body = Body(mass=1.0, inertia=1.0, velocity=(1.0, 2.0, 3.0), spin=(4.0, 0.0, 0.0))
+    for bodies in ([], [body, body]):
+        result = collide(bodies, [], reactivation=reactivation)
+        assert result.status == Status.OK
+        assert result.velocities.tolist() == [[1.0, 2.0, 3.0]] * len(bodies)
+        assert result.spins.tolist() == [[4.0, 0.0, 0.0]] * len(bodies)
+        assert result.impulses.shape == (0, 3)
+        assert result.dissipated.shape == (0, 2)
+        assert result.phases == ()
 
 
 def test_frames_of_the_slow_check_are_orthonormal():

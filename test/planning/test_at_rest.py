@@ -2,7 +2,7 @@
 
 import pytest
 
-from billiard_shot.planning.targets import reached_at_rest, read_target
+from billiard_shot.planning.targets import read_target
 
 CUE, EIGHT, ONE = {'cue': (0.2, 0.1)}, {'8': (0.5, 0.5)}, {'1': (-0.5, 0.2)}
 
@@ -29,6 +29,6 @@ CUE, EIGHT, ONE = {'cue': (0.2, 0.1)}, {'8': (0.5, 0.5)}, {'1': (-0.5, 0.2)}
     ],
 )
 def test_a_target_is_judged(target, places, reached, words):
-    found, text = reached_at_rest(read_target(target), places)
+    found, text = read_target(target).judged_at_rest(places)
     assert found is reached
     assert words in text

@@ -11,7 +11,6 @@ pytest.importorskip('rclpy', reason='needs ROS 2')
 from billiard_shot_msgs.msg import BallState, TableState
 from billiard_shot_msgs.srv import PredictShot
 from builtin_interfaces.msg import Time
-from geometry_msgs.msg import Point
 from nav_msgs.msg import Path
 import numpy as np
 from paper import request_for
@@ -24,7 +23,7 @@ from billiard_shot import Status
 from billiard_shot.cue.mechanism import JOINTS, Mechanism
 from billiard_shot.cue.model import forward_kinematics, joints_of, urdf_of
 from billiard_shot.cue.model import transforms as model_transforms
-from billiard_shot.ros import cue_conversions, parameters, plan_conversions
+from billiard_shot.ros import conversions, cue_conversions, parameters, plan_conversions
 from billiard_shot.ros.node_runner import LATCHED
 from billiard_shot.scene import Scene
 
@@ -63,34 +62,21 @@ def test_the_nodes_use_the_frame_that_they_are_given(node, launch):
     assert table.header.frame_id == 'cell1/table'
 
 
-def test_balls_in_another_frame_are_refused(node, launch):
-    launch('predictor', '-r', '__ns:=/cell2', '-p', 'frame:=cell2/table')
-    publisher = node.create_publisher(TableState, '/cell2/table_state', LATCHED)
-    client = PatientCaller(node, PredictShot, '/cell2/predict_shot')
-    assert client.wait_for_service()
-    publisher.publish(
-        TableState(
-            header=Header(frame_id='map'), balls=[BallState(id='cue', position=Point(x=0.1))]
-        )
-    )
-    request = request_for('horizontal')
-    request.header.frame_id, request.use_table_state = '', True
-
-    def refusal():
-        answer = client.call(request, repeatable=True).message
-        return '' if 'no message received' in answer else answer
-
-    assert spin_until(node, refusal)
-    assert refusal() == ("table_state.header.frame_id must be 'cell2/table' or empty, got 'map'")
-
-
-def test_the_planner_refuses_balls_in_another_frame():
+def test_predictor_and_planner_refuse_balls_in_another_frame():
     from billiard_shot_msgs.action import PlanShot
 
     table = TableState(header=Header(frame_id='map'), balls=[BallState(id='cue')])
-    default = SimpleNamespace(scene=Scene.load('paper'))
+    scene = Scene.load('paper')
     with pytest.raises(ValueError, match=r"table_state\.header\.frame_id must be 'table' or em"):
-        plan_conversions.plan_request_of(PlanShot.Goal(), default, table, 'table')
+        plan_conversions.plan_request_of(
+            PlanShot.Goal(), SimpleNamespace(scene=scene), table, 'table'
+        )
+    with pytest.raises(
+        ValueError, match=r"table_state\.header\.frame_id must be 'cell2/table' or"
+    ):
+        conversions.place_balls(
+            PredictShot.Request(use_table_state=True), scene, table, 'cell2/table'
+        )
 
 
 @pytest.mark.parametrize('name', ['', ' ', '/table', 'cell1/', 'pool table'])

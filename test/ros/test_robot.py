@@ -91,7 +91,7 @@ def test_it_ends_if_a_node_ends(begin, node):
 def test_each_namespace_keeps_the_state_of_its_driver(ros, folder, monkeypatch):
     monkeypatch.setenv('ROS_HOME', '/ros')
     for simulate, path in ((True, ''), (False, f'/ros/billiard_shot/{folder}cue_driver.state')):
-        nodes = robot.nodes_of(ros, 'paper', simulate, False, False, 'topic')
+        nodes = robot.nodes_of(ros, robot.OfRobot(simulate=simulate))
         assert f"state_file:='{path}'" in nodes['cue_driver']
 
 

@@ -373,6 +373,34 @@ def test_a_stroke_is_not_played_if_a_ball_has_moved_since_the_agent_was_asked():
 # --- real processes -----------------------------------------------------------------------------
 
 
+class Late(Client):
+    """Client that discovers a simulated table late, which puts the balls in their places."""
+
+    looks = 0
+
+    def create_client(self, *_):
+        return SimpleNamespace(service_is_ready=self.is_discovered)
+
+    def is_discovered(self):
+        self.looks += 1
+        return self.looks > 3
+
+    def call(self, client, request, attempts=1):
+        self.seen = {each.id: (each.position.x, each.position.y) for each in request.balls}
+        return SimpleNamespace(success=True)
+
+    def until(self, condition, seconds):
+        return any(condition() for _ in range(10))
+
+
+def test_a_simulated_table_that_is_discovered_late_puts_the_balls_in_their_places():
+    """Before, a client that had just started waited for hands, for ten minutes."""
+    table = GameTable(Late({**BALLS, '9': (0.0, 0.0)}, None), SCENE)
+    state, seen = table.arrange(game_of('practice'), lambda *_: None)
+    assert state.balls == BALLS
+    assert seen.keys() == BALLS.keys()
+
+
 AGENT = """
 class Agent:
     def decide(self, state):

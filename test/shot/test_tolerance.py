@@ -55,6 +55,19 @@ def test_errors_keep_to_their_estimates_after_a_second_hit_within_the_strike():
     assert twice > 20
 
 
+def test_a_tip_that_sticks_until_it_leaves_the_ball_keeps_to_the_estimate():
+    """Its force left the cone just before it ended, by chance of the steps: in 11 strokes."""
+    scene = Scene.from_dict({'like': 'pool', 'effects': {'shaft': 'off'}})
+    rng, n = np.random.default_rng(5), 1500
+    away, around = 0.5 * np.sqrt(rng.random(n)), rng.uniform(0.0, 2.0 * np.pi, n)
+    rows = np.column_stack([away * np.cos(around), away * np.sin(around),
+                            np.radians(rng.uniform(0.0, 80.0, n)), rng.uniform(-3.0, 3.0, n),
+                            np.exp(rng.uniform(np.log(0.3), np.log(7.0), n))])  # fmt: skip
+    loose, exact = (predict_batch(scene, offsets=rows, tolerance=each) for each in (1e-6, 1e-9))
+    error = np.linalg.norm((loose.final_position - exact.final_position)[:, 0], axis=1)
+    assert (error > loose.error_estimate + exact.error_estimate).sum() <= 5
+
+
 def elevated_stroke(rng):
     """Stroke with an elevation of 2 to 25 degrees at 0.5 to 6 m/s; place of the ball."""
     a, b = rng.uniform(-0.5, 0.5, 2)

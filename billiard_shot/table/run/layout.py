@@ -93,11 +93,6 @@ def _kept(function: Callable[P, R]) -> Callable[P, R]:
     return kept
 
 
-def table_of(layout: PackedTable) -> TableModel:
-    """Return the table that is laid out; for Python, because numba cannot return a record."""
-    return TableModel(layout.params, layout.numbers[0], *layout[2:])
-
-
 @_kept
 def lay_out(
     storage: Storage,
@@ -205,9 +200,10 @@ def bound_pocket(pocket: PocketGeometry, jaws: tuple[Jaw, Jaw], standoff: float)
     pocket.bounds_half_width = 0.5 * (high_y - low_y)
 
 
-def layout_of(params: BallClothParams, table: TableParams) -> TableModel:
+def layout_of(params: BallClothParams, table: TableParams, cue: CueParams = NO_CUE) -> TableModel:
     """Lay out a table for those who look at it, but simulate nothing."""
-    return table_of(lay_out(OBJECTS, params, table))
+    layout = lay_out(OBJECTS, params, table, cue=cue)
+    return TableModel(layout.params, layout.numbers[0], *layout[2:])
 
 
 def _standoff(table: TableParams, radius: float) -> float:

@@ -63,8 +63,10 @@ class TableBatch(Tabular):
         Until all balls rest [s].
     status : (tables,) uint16 array
         A `Status`.
-    events, searches : (tables,) int arrays
-        How many events there were; how many contacts were looked for.
+    events : (tables,) int array
+        How many there were.
+    searches : (tables,) int array
+        How many contacts were looked for.
     double_hit : (tables,) bool array
         The cue hit ball 0 again, in the strike or later.
     jaws_met : (tables,) int array
