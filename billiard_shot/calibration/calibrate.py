@@ -56,7 +56,7 @@ FIRST_HORIZON, HORIZON, GROWTH = 0.8, 8.0, 3.0
 FAR = 10.0
 """How many deviations away numbers elsewhere lie, if these are within half of their ranges."""
 
-WITNESSES = 12
+WITNESSES = 8
 """Number of shots that tell whether numbers elsewhere are better."""
 
 FEW_STEPS, STEPS = 4, 10
@@ -295,23 +295,30 @@ def better_elsewhere(found: JointFit, seed: Sequence[int], work: '_Work') -> Flo
     Return numbers elsewhere that fit some of the shots better; None if there are none.
 
     Launches may hide that numbers are wrong, and no small step then leads away: launches would
-    have to jump. So fits begin anew at two opposite places. All samples until the horizon judge
-    them, also those that a fit leaves out.
+    have to jump. So fits begin anew at two pairs of opposite places. All samples until the horizon
+    judge them, also those that a fit leaves out.
     """
     problem = found.problem
     if not len(found.values):
         return None
     launches = whole(found.launches[:WITNESSES])
-    least = followed(problem, found.values, launches, FIRST_SCALES).cost - BETTER
+
+    def cost(values: Floats, launches: Sequence[Launch]) -> float:
+        there = problem._replace(model=problem.model_at(values), sought=())
+        return followed(there, np.zeros(0), whole(launches), FIRST_SCALES).cost
+
+    least = cost(found.values, launches) - BETTER
     reach = np.minimum(0.5 * problem.widths, FAR * found.deviations)
-    away = reach * np.random.default_rng(seed).choice([-1.0, 1.0], len(reach))
-    for values in (found.values + away, found.values - away):
-        values = np.clip(values, *problem.bounds)
+    signs = np.random.default_rng(seed).choice([-1.0, 1.0], len(reach))
+    others = signs * np.resize([1.0, -1.0], len(reach))  # half of them are turned round
+    for away in (signs, -signs, others, -others):
+        values = np.clip(found.values + reach * away, *problem.bounds)
         moved = searched(problem, values, launches, FIRST_SCALES, seed, True)
+        if len(moved) < len(launches):
+            continue  # these numbers cannot be
         there = rescaled(followed(problem, values, moved, FIRST_SCALES))
         there = fit(there, STEPS, work.say_error)
-        cost = followed(problem, there.values, whole(there.launches), FIRST_SCALES).cost
-        if len(moved) == len(launches) and cost < least:
+        if cost(there.values, there.launches) < least:
             return there.values
     return None
 
