@@ -80,8 +80,7 @@ class Step(NamedTuple):
 
     scale: float  # time per unit of x; 0 if no step is possible
     order: int  # of the velocities
-    end: float  # x at which it ends without an event
-    longest: float  # x up to which the polynomials hold
+    end: float  # x up to which the polynomials hold
     noise: float  # error of the polynomials, relative to the largest velocity
     error: float  # estimated error of the velocities
     tolerance: float  # of the velocities
@@ -152,7 +151,7 @@ def first_event(
             if x != NO_ROOT:
                 end, kind, contact = x, SLIP_STOP if stops else NO_EVENT, j
         elif c.friction_mode == STICK or (c.friction_mode == GRIP and not force_is_negligible(c)):
-            x, leaves = cone_root(c, ws, step, speed, end)
+            x, leaves = cone_root(m, c, ws, step, speed, end)
             if x != NO_ROOT:
                 end, kind, contact = x, CONE_EXIT if leaves else NO_EVENT, j
         elif c.friction_mode == DRAG and not force_is_negligible(c):
@@ -224,7 +223,7 @@ def lag_root(c: ContactState, ws: Workspace, order: int, end: float) -> float:
 
 @inner
 def cone_root(
-    c: ContactState, ws: Workspace, step: Step, speed: float, end: float
+    m: Model, c: ContactState, ws: Workspace, step: Step, speed: float, end: float
 ) -> tuple[float, bool]:
     """
     First x at which the force of a contact that sticks or grips crosses its cone; if outwards.
@@ -248,12 +247,12 @@ def cone_root(
     p, degree = ws.polynomials[2], min(2 * order - 2, MAX_COEFFICIENTS - 1)
     for k in range(degree + 1):
         p[k] = 0.0
-        for i in range(max(k - order + 1, 0), min(k + 1, order)):
-            p[k] += mu * mu * normal[i] * normal[k - i]
-            p[k] -= pull_1[i] * pull_1[k - i]
-            p[k] -= pull_2[i] * pull_2[k - i]
+        for i in range(max(k - order + 1, 0), k // 2 + 1):
+            product = mu * mu * normal[i] * normal[k - i]
+            product -= pull_1[i] * pull_1[k - i] + pull_2[i] * pull_2[k - i]
+            p[k] += product if 2 * i == k else 2.0 * product
     noise = max(step.noise * mu * largest, least) * mu * largest
-    if p[0] < -noise:
+    if m.interval < inf and p[0] < -noise and p[1] > 0.0:
         return first_root(p, degree, -1.0, 0.0, NOT_ZERO, end, work=ws.polynomials), False
     at_start = noise if p[0] <= noise else NOT_ZERO
     return first_root(p, degree, 1.0, 0.0, at_start, end, work=ws.polynomials), True

@@ -62,7 +62,7 @@ from billiard_shot.impact.state import (
 from billiard_shot.impact.taylor import advance, explicit_step
 from billiard_shot.status import BUDGET_EXCEEDED, INFINITE_SEQUENCE, NEGATIVE_ENERGY
 
-SHORT_STEP_ORDERS = 3  # that a step does not need if it could go on when normals turn
+SHORT_STEP_ORDERS = 3  # that a step does not need if it ends when normals turn
 ENERGY_FLOOR = 10  # end of a phase that is not a kind of event: the motion has died down
 
 
@@ -230,7 +230,7 @@ def propose_step(m: Model, contacts: list[ContactState], ws: Workspace, p: Impac
     )
     tolerance = max(share * min(p.speed, 1.0), METHOD_OPTIONS.min_step_tolerance * p.speed)
     scale, length = p.scale, 1.0
-    turns, left = m.interval < inf and some_turn(contacts), max(p.next_turn - p.time, 0.0)
+    turns = m.interval < inf and some_turn(contacts)
     if stiff > 0:
         if p.stiff == 0:
             scale *= METHOD_OPTIONS.first_implicit_factor
@@ -242,23 +242,21 @@ def propose_step(m: Model, contacts: list[ContactState], ws: Workspace, p: Impac
         scale, error = implicit_step(m, contacts, ws, scale, tolerance)
         noise = max(METHOD_OPTIONS.rounding, error / p.speed)
     else:
-        order = int(4.5 - log10(m.tolerance))
-        order -= SHORT_STEP_ORDERS if turns and p.scale >= left else 0
+        order = int(4.5 - log10(m.tolerance)) - (SHORT_STEP_ORDERS if turns else 0)
         order = min(max(order, 6), MAX_COEFFICIENTS - 4)
         scale, length = explicit_step(m, contacts, ws, scale, order, tolerance)
         error, noise = tolerance, max(METHOD_OPTIONS.rounding, tolerance / p.speed)
-    p.stiff, longest = stiff, length
+    p.stiff = stiff
     if scale > 0.0:
+        if turns:
+            length = min(length, max(p.next_turn - p.time, 0.0) / scale)
         if p.first_end < inf:
             length = min(length, max(p.first_end + m.swing - p.time, 0.0) / scale)
         if redundant:
             length = min(length, METHOD_OPTIONS.max_redundant_step / scale)
-        longest = length
-        if turns:
-            length = min(length, left / scale)
         if m.moves:
             expand_distances(m.bodies, contacts, ws, scale, order, length)
-    return Step(scale, order, length, longest, noise, error, tolerance=tolerance)
+    return Step(scale, order, length, noise, error, tolerance)
 
 
 @inner
@@ -371,7 +369,7 @@ def next_scale(p: ImpactProgress, step: Step) -> float:
         growth = max(METHOD_OPTIONS.implicit_margin * longer, METHOD_OPTIONS.min_growth)
         return step.scale * min(growth, METHOD_OPTIONS.max_growth)
     return step.scale * min(
-        max(step.longest, 1.0 / METHOD_OPTIONS.max_rescale), METHOD_OPTIONS.max_rescale
+        max(step.end, 1.0 / METHOD_OPTIONS.max_rescale), METHOD_OPTIONS.max_rescale
     )
 
 

@@ -56,7 +56,10 @@ def test_a_stroke_whose_cue_hits_the_cue_ball_again_does_not_count(monkeypatch):
 
     def play(*arguments):
         played.append(play_within_noise(*arguments))
-        return replace(played[-1], double_hit=np.ones_like(played[-1].double_hit))
+        rows = played[-1].played
+        tables = rows.tables.copy()
+        tables['double_hit'] = True
+        return replace(played[-1], played=rows._replace(tables=tables))
 
     ball, way = np.array([0.9, 0.45]), np.array([2.0, 1.0]) / 5.0**0.5
     place = ball - way * (2.0 * TABLE.ball.radius + 0.002)
