@@ -119,10 +119,10 @@ ENOUGH, EXACT = 1e-3, 1e-5
 STARTS = 24
 """Launches with which a search begins."""
 
-KEPT = 8
+KEPT = 16
 """How many different launches go on to the next horizon."""
 
-DRAWN = 40
+DRAWN = 100
 """How many are drawn around them; the `KEPT` best of these are improved, too."""
 
 FIRST_HORIZON, GROWTH = 0.5, 1.7

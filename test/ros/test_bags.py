@@ -158,7 +158,7 @@ def test_qos_is_as_documented(recorded):
     """Every topic of the nodes is in the table of docs/ros.md, with what each end asks for."""
     _, ends = recorded
     section = PAGE.partition('## Topics\n')[2].partition('\n## ')[0]
-    (best_effort,) = re.findall(r'except `(\w+)` .* \(best effort\)', section)
+    (best_effort,) = re.findall(r'except `(\w+)`.* \(best effort\)', section)
     documented = {
         topic if topic in SHARED else f'{SPACE}/{topic}': (
             'RELIABLE',
