@@ -176,7 +176,9 @@ def build_without_tools(checkout, folder, **variables):
         f'sys.argv[1:] = ["-q", "bdist_wheel", "--dist-dir", {str(folder)!r}]\n'
         'runpy.run_path("setup.py", run_name="__main__")'
     )
-    sources = shutil.copytree(checkout, folder / 'sources')
+    # An earlier build may have left a library that the cache did not have.
+    ignored = shutil.ignore_patterns('build')
+    sources = shutil.copytree(checkout, folder / 'sources', ignore=ignored)
     variables |= {'BILLIARD_SHOT_CACHE': str(folder / 'cache'), 'PIP_CONFIG_FILE': os.devnull}
     done = subprocess.run(
         [sys.executable, '-c', program],
