@@ -149,6 +149,11 @@ def in_words(fouls: tuple[Foul, ...], otherwise: str) -> str:
     return 'foul ' + '; '.join(map(str, fouls)) if fouls else otherwise
 
 
+def falls_in_words(outcome: Outcome) -> str:
+    """Say which object balls fall."""
+    return f'{", ".join(outcome.fallen)} falls' if outcome.fallen else 'no ball falls'
+
+
 SPOT_GAP = 1e-4  # m: a spotted ball must not touch the cue ball (WPA 1.4)
 
 

@@ -6,7 +6,13 @@ Numbers of rules are those of that edition.
 
 from functools import partial
 
-from billiard_shot.game.referee import after_shot, in_words, rack_of, standard_fouls
+from billiard_shot.game.referee import (
+    after_shot,
+    falls_in_words,
+    in_words,
+    rack_of,
+    standard_fouls,
+)
 from billiard_shot.game.state import Call, Foul, Game, Outcome, Ruling, State
 from billiard_shot.scene.placement import CUE_BALL
 
@@ -37,13 +43,10 @@ def rotation_fouls(
     return fouls
 
 
-def loses(state: State, fouls: tuple[Foul, ...]) -> bool:
-    """Whether a foul is the third one in a row of a player."""
-    return bool(fouls) and state.fouls[state.player] + 1 >= FOULS_THAT_LOSE
-
-
-def lost(state: State, fouls: tuple[Foul, ...]) -> Ruling:
-    """Rule that the player loses the rack by the third foul in a row (6.14)."""
+def third_foul(state: State, fouls: tuple[Foul, ...]) -> Ruling | None:
+    """Rule that the third foul in a row loses the rack (6.14); None if it is not the third."""
+    if not fouls or state.fouls[state.player] + 1 < FOULS_THAT_LOSE:
+        return None
     fouls += (Foul('6.14', f'{FOULS_THAT_LOSE} consecutive fouls'),)
     after = after_shot(state, fouls, keeps=False, over=True, winner=state.other)
     return Ruling(after, fouls, in_words(fouls, ''))
@@ -54,8 +57,8 @@ def rule(state: State, call: Call, outcome: Outcome) -> Ruling:
     breaks = state.phase == 'break'
     pushes = call.push_out and state.phase == 'second'
     fouls = rotation_fouls(state, outcome, '2.3', pushes=pushes)
-    if loses(state, fouls):
-        return lost(state, fouls)
+    if lost := third_foul(state, fouls):
+        return lost
     if '9' in outcome.fallen and not fouls and not pushes:
         after = after_shot(state, fouls, keeps=True, over=True, winner=state.player)
         return Ruling(after, fouls, 'the 9 falls')
@@ -70,10 +73,7 @@ def rule(state: State, call: Call, outcome: Outcome) -> Ruling:
         phase='second' if breaks and not fouls else 'play',
         in_hand='anywhere' if fouls else '',
     )
-    fallen = ', '.join(outcome.fallen)
-    return Ruling(
-        after, fouls, in_words(fouls, f'{fallen} falls' if fallen else 'no ball falls'), spot
-    )
+    return Ruling(after, fouls, in_words(fouls, falls_in_words(outcome)), spot)
 
 
 GAME = Game(

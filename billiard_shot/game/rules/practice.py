@@ -8,7 +8,7 @@ the standard ones of the World Pool-Billiard Association. A foul or a shot witho
 import math
 import random
 
-from billiard_shot.game.referee import after_shot, in_words, standard_fouls
+from billiard_shot.game.referee import after_shot, falls_in_words, in_words, standard_fouls
 from billiard_shot.game.state import Call, Game, Outcome, Ruling, State
 from billiard_shot.scene.placement import Place
 
@@ -29,8 +29,7 @@ def rule(state: State, call: Call, outcome: Outcome) -> Ruling:
         over=cleared or not goes_on,
         winner=state.player if cleared else None,
     )
-    fallen = ', '.join(outcome.fallen)
-    text = 'cleared' if cleared else f'{fallen} falls' if fallen else 'no ball falls'
+    text = 'cleared' if cleared else falls_in_words(outcome)
     return Ruling(after, fouls, in_words(fouls, text))
 
 

@@ -6,8 +6,8 @@ Numbers of rules are those of that edition. After the break, ball and pocket are
 
 from functools import partial
 
-from billiard_shot.game.referee import after_shot, in_words, rack_of
-from billiard_shot.game.rules.nine_ball import loses, lost, rotation_fouls, targets
+from billiard_shot.game.referee import after_shot, falls_in_words, in_words, rack_of
+from billiard_shot.game.rules.nine_ball import rotation_fouls, targets, third_foul
 from billiard_shot.game.state import Call, Game, Outcome, Ruling, State
 
 
@@ -16,16 +16,15 @@ def rule(state: State, call: Call, outcome: Outcome) -> Ruling:
     breaks = state.phase == 'break'
     pushes = call.push_out and state.phase == 'second'
     fouls = rotation_fouls(state, outcome, '9.3', pushes=pushes)
-    if loses(state, fouls):
-        return lost(state, fouls)
+    if lost := third_foul(state, fouls):
+        return lost
     spot = ('10',) if '10' in outcome.gone else ()
-    fallen = ', '.join(outcome.fallen)
     if fouls:
         after = after_shot(state, fouls, keeps=False, in_hand='anywhere')
         return Ruling(after, fouls, in_words(fouls, ''), spot)
     if breaks:  # nothing is called (9.3)
         after = after_shot(state, fouls, keeps=bool(outcome.fallen), phase='second')
-        return Ruling(after, fouls, f'{fallen} falls' if fallen else 'no ball falls', spot)
+        return Ruling(after, fouls, falls_in_words(outcome), spot)
     if pushes:
         after = after_shot(state, fouls, keeps=False, choices=('accept', 'pass'))
         return Ruling(after, fouls, 'push-out', spot)
