@@ -13,8 +13,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.film.cloth import apart, Bytes, Cloth, Pixels
-from billiard_shot.film.lens import Camera, Floats
+from billiard_shot.film.cloth import apart, Cloth, Pixels
+from billiard_shot.film.lens import Bytes, Camera, Floats
 
 RAYS, SAMPLES = 40, 29
 """Around an outline, and along a ray."""
@@ -144,7 +144,7 @@ class BallFinder:
             if not len(places):
                 return Seen(places, np.empty(0), np.empty((0, 2)), np.empty((0, 3)), np.empty(0))
             places, sigma, good = self._settle(whole, gain, places)
-            if k > 0:  # what is no ball must not hide its neighbours
+            if k > 0:  # a spot that is no ball must not hide its neighbours
                 good &= (np.abs(places) < self.camera.half + self.radius).all(axis=1)
                 places, sigma = places[good], sigma[good]
                 order = np.argsort(sigma)
@@ -208,9 +208,12 @@ class BallFinder:
         """Return how far pixels (..., 2) are from the cloth."""
         flat = pixels.reshape(len(pixels), -1, 2).astype(np.float32)
         seen = cv2.remap(picture, flat[..., 0], flat[..., 1], cv2.INTER_LINEAR)
-        nearest = np.clip(np.round(flat).astype(int), 0, np.array(self.camera.size) - 1)
-        cloth = self.cloth.colour[nearest[..., 1], nearest[..., 0]]
-        return apart(seen, cloth, gain).reshape(pixels.shape[:-1])
+        return apart(seen, self._cloth_at(flat), gain).reshape(pixels.shape[:-1])
+
+    def _cloth_at(self, pixels: NDArray[np.floating]) -> Pixels:
+        """Return the colours of the cloth at the pixels (..., 2) of the picture."""
+        nearest = np.clip(np.round(pixels).astype(int), 0, np.array(self.camera.size) - 1)
+        return self.cloth.colour[nearest[..., 1], nearest[..., 0]]
 
     def _towards_others(self, middle: Floats, outline: Floats, radii: Floats) -> NDArray[np.bool_]:
         """Return which rays (balls, rays) see another ball."""
@@ -274,8 +277,7 @@ class BallFinder:
         pixels = centres[:, np.newaxis] + radii[:, np.newaxis, np.newaxis] * spots
         maps = pixels.astype(np.float32)
         seen = cv2.remap(picture, maps[..., 0], maps[..., 1], cv2.INTER_LINEAR)
-        nearest = np.clip(np.round(centres).astype(int), 0, np.array(self.camera.size) - 1)
-        local = self.cloth.colour[nearest[:, 1], nearest[:, 0]].mean(axis=-1)
+        local = self._cloth_at(centres).mean(axis=-1)
         light = np.maximum(gain * local / self._light, 0.2)
         seen = seen.astype(np.float64) / light[:, np.newaxis, np.newaxis]
         bright = seen.max(axis=-1)

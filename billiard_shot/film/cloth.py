@@ -12,9 +12,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.film.lens import Camera, Floats
+from billiard_shot.film.lens import Bytes, Camera, Floats
 
-Bytes = NDArray[np.uint8]
 Pixels = NDArray[np.float32]
 
 DEGREE = 4

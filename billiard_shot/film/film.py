@@ -16,14 +16,12 @@ from billiard_shot.calibration.recording import RecordedShot, Recording, Track
 from billiard_shot.film.balls import BallFinder
 from billiard_shot.film.cloth import fit_cloth
 from billiard_shot.film.kinds import named
-from billiard_shot.film.lens import Floats
+from billiard_shot.film.lens import Bytes, Floats
 from billiard_shot.film.reading import Film, FilmError, LARGEST_MOVE, Steady, STILL
 from billiard_shot.film.table_in_picture import find_table, FoundTable
 from billiard_shot.film.tracks import LEAST_SEEN, Path, rows_of, Tracker
 from billiard_shot.scene import Scene
 from billiard_shot.table.run.outline import outline_of
-
-Bytes = NDArray[np.uint8]
 
 WINDOW = 0.12
 """Time within which motion shows [s]."""
@@ -69,7 +67,7 @@ class Shot:
 @dataclass(frozen=True, slots=True, eq=False)
 class FilmResult:
     """
-    What was found in a film.
+    The table, balls and shots of a film.
 
     Attributes
     ----------
@@ -84,7 +82,7 @@ class FilmResult:
     given_up : list of (Path, str)
         Tracks that are no balls, and why.
     notes : list of str
-        What was found, and what was given up.
+        On balls, tracks and shots that were found or given up.
 
     """
 
@@ -220,12 +218,13 @@ def find_shots(balls: Mapping[str, Path], times: Floats) -> tuple[list[Shot], li
     -------
     shots : list of Shot
     notes : list of str
-        What is no shot, and why.
+        Which motions are no shots, and why.
 
     """
+    rows = {name: rows_of(path) for name, path in balls.items()}
     moving, notes, shots = np.zeros(len(times), bool), [], []
-    for path in balls.values():
-        moving |= _moving(rows_of(path), times)
+    for each in rows.values():
+        moving |= _moving(each, times)
     edges = np.flatnonzero(np.diff(np.concatenate([[False], moving, [False]]).astype(int)))
     spans: list[list[float]] = []
     for first, last in edges.reshape(-1, 2):
@@ -235,7 +234,6 @@ def find_shots(balls: Mapping[str, Path], times: Floats) -> tuple[list[Shot], li
         else:
             spans.append([begin, end])
     for k, (begin, end) in enumerate(spans):
-        rows = {name: rows_of(path) for name, path in balls.items()}
         ways = {name: _way(each, begin, end) for name, each in rows.items()}
         if max(ways.values(), default=0.0) < LEAST_WAY:
             notes.append(f'{begin:.2f} to {end:.2f} s: no ball moves {1e3 * LEAST_WAY:.0f} mm')
@@ -303,7 +301,7 @@ def _strike(rows: Floats, begin: float) -> float:
 def _recorded(
     name: str, shot: Shot, balls: Mapping[str, Path], times: Floats, notes: list[str]
 ) -> RecordedShot:
-    """Return the tracks of a shot, and note what is missing."""
+    """Return the tracks of a shot, and note which balls have gaps."""
     tracks = {}
     pictures = np.count_nonzero((times >= shot.begin) & (times <= shot.end))
     for ball, path in balls.items():

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
+Bytes = NDArray[np.uint8]
 Floats = NDArray[np.float64]
 
 USUAL_FOCAL, FOCAL_SPREAD = 0.9, 0.35

@@ -9,15 +9,13 @@ from typing import NamedTuple
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from billiard_shot.film.film import FilmResult, Shot
-from billiard_shot.film.lens import Camera, Floats
+from billiard_shot.film.lens import Bytes, Camera, Floats
 from billiard_shot.film.tracks import rows_of
 from billiard_shot.pictures.colours import ball_colour
 from billiard_shot.pictures.view import write_text
 
-Bytes = NDArray[np.uint8]
 WIDEST, QUALITY = 1280, 80
 """Largest width of a picture [px], and its quality."""
 

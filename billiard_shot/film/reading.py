@@ -7,11 +7,8 @@ from typing import Any
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-from billiard_shot.film.lens import Floats
-
-Bytes = NDArray[np.uint8]
+from billiard_shot.film.lens import Bytes, Floats
 
 SAMPLES = 16
 """At most twice as many pictures stand for the film while its table is sought."""

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.film.lens import (
+    Bytes,
     Camera,
     camera_of_corners,
     Edges,
@@ -27,7 +28,6 @@ from billiard_shot.film.lens import (
 from billiard_shot.scene import Scene
 from billiard_shot.table.run.outline import outline_of
 
-Bytes = NDArray[np.uint8]
 LEAST_COSINE = 0.985
 """Colours at a smaller angle are those of one cloth, in any light."""
 
