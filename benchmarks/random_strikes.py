@@ -29,11 +29,10 @@ from tools.timing import Report
 from billiard_shot import Scene
 from billiard_shot.cli.output import progress
 from billiard_shot.cli.workers import begin_work
-from billiard_shot.impact.bodies import contact_space, system_of, velocity_changes
-from billiard_shot.impact.collide import properties_of
+from billiard_shot.impact.collide import contact_space, properties_of, system_of, velocity_changes
 from billiard_shot.impact.kernel import solve_in_contact_space
 from billiard_shot.impact.options import BISTIFFNESS, ENERGETIC
-from billiard_shot.shot.strike_model import strike_model
+from billiard_shot.shot.effects import strike_model
 from billiard_shot.status import Status
 from studies.collisions import collision_of
 

@@ -9,8 +9,7 @@ if TYPE_CHECKING:
     from billiard_shot.calibration.calibrate import calibrate
     from billiard_shot.calibration.reader import read_recording
     from billiard_shot.calibration.result import Calibration
-    from billiard_shot.impact.bodies import Body, Contact
-    from billiard_shot.impact.collide import collide
+    from billiard_shot.impact.collide import Body, collide, Contact
     from billiard_shot.planning.inverse import invert_strike
     from billiard_shot.planning.plan import candidates, CandidateStrokes, plan
     from billiard_shot.planning.result import PlanResult, RankedStroke
@@ -113,8 +112,8 @@ _HOMES = {
     'read_recording': 'calibration.reader',
     'Calibration': 'calibration.result',
     'collide': 'impact.collide',
-    'Body': 'impact.bodies',
-    'Contact': 'impact.bodies',
+    'Body': 'impact.collide',
+    'Contact': 'impact.collide',
 }
 
 

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from billiard_shot.impact import Body, collide, CollisionResult, Contact
-from billiard_shot.pictures.collision import bodies_of_strike
+from billiard_shot.pictures.history import bodies_of_strike
 from billiard_shot.records import Array, Triple
 from billiard_shot.scene import Scene
-from billiard_shot.shot.strike_model import strike_model, StrikeModel
+from billiard_shot.shot.effects import strike_model, StrikeModel
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.table.model.cue import UP
 

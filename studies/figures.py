@@ -15,8 +15,7 @@ sys.path.append(str(Path(__file__).resolve().parents[1]))  # for `python studies
 
 from billiard_shot.cli.options import option, positional
 from billiard_shot.cli.output import progress
-from billiard_shot.pictures.collision import draw_strike
-from billiard_shot.pictures.history import draw_history
+from billiard_shot.pictures.history import draw_history, draw_strike
 from billiard_shot.pictures.table import draw_shot
 from billiard_shot.pictures.trails import trails_of
 from billiard_shot.scene import Scene

@@ -5,9 +5,17 @@ from typing import Any
 
 import numpy as np
 
-from billiard_shot.pictures.canvas import new_figure, save
-from billiard_shot.pictures.collision import CollisionTrace
-from billiard_shot.pictures.colours import BLUE, GREEN, GREY, PURPLE, SKY, VERMILION
+from billiard_shot.pictures.canvas import (
+    BLUE,
+    GREEN,
+    GREY,
+    new_figure,
+    PURPLE,
+    save,
+    SKY,
+    VERMILION,
+)
+from billiard_shot.pictures.history import CollisionTrace
 from studies.two_balls import ImpactState, normal_impulses, PING_PONG, TwoBalls
 
 STATE_COLOURS = {'S1': BLUE, 'S2': VERMILION, 'S3': GREEN}

@@ -21,15 +21,23 @@ import numpy as np
 
 sys.path.append(str(Path(__file__).resolve().parents[1]))  # for `python studies/laws.py`
 from billiard_shot.cli.output import Column, OfFormat, print_rows, progress, wants_text
-from billiard_shot.cli.shots import OfUsualScene, scene_name
-from billiard_shot.cli.stroke_options import (
+from billiard_shot.cli.shots import (
+    OfUsualScene,
+    scene_name,
     STROKE_OPTIONS,
     strokes_from_options,
     strokes_given,
 )
 from billiard_shot.cli.workers import mapped, OfWork
-from billiard_shot.pictures.canvas import add_legend, new_figure, save
-from billiard_shot.pictures.colours import BLUE, GREEN, GREY, VERMILION
+from billiard_shot.pictures.canvas import (
+    add_legend,
+    BLUE,
+    GREEN,
+    GREY,
+    new_figure,
+    save,
+    VERMILION,
+)
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene
 from billiard_shot.shot.stroke import Stroke

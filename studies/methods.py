@@ -22,15 +22,24 @@ import numpy as np
 sys.path.append(str(Path(__file__).resolve().parents[1]))  # for `python studies/methods.py`
 from billiard_shot.cli.options import option
 from billiard_shot.cli.output import Column, OfFormat, print_rows, progress, wants_text
-from billiard_shot.cli.shots import OfUsualScene, scene_name
-from billiard_shot.cli.stroke_options import (
+from billiard_shot.cli.shots import (
+    OfUsualScene,
+    scene_name,
     STROKE_OPTIONS,
     strokes_from_options,
     strokes_given,
 )
 from billiard_shot.cli.workers import mapped, OfWork
-from billiard_shot.pictures.canvas import add_legend, new_figure, save
-from billiard_shot.pictures.colours import BLACK, BLUE, GREEN, PURPLE, VERMILION
+from billiard_shot.pictures.canvas import (
+    add_legend,
+    BLACK,
+    BLUE,
+    GREEN,
+    new_figure,
+    PURPLE,
+    save,
+    VERMILION,
+)
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene
 from billiard_shot.scene.errors import reason

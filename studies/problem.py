@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from billiard_shot.impact.bodies import (
+from billiard_shot.impact.collide import (
     contact_space,
     ContactSpace,
     System,
@@ -16,7 +16,7 @@ from billiard_shot.impact.bodies import (
 from billiard_shot.impact.kernel import Properties, solve_in_contact_space
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene
-from billiard_shot.shot.strike_model import strike_model, StrikeModel
+from billiard_shot.shot.effects import strike_model, StrikeModel
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.status import Status
 from billiard_shot.table.run.results import BallState

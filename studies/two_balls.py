@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.integrate import cumulative_trapezoid
 
-from billiard_shot.pictures.collision import CollisionTrace, STATE_NAMES, trace_of_collision
+from billiard_shot.pictures.history import CollisionTrace, STATE_NAMES, trace_of_collision
 from billiard_shot.records import Array
 from studies.collisions import stacked
 

@@ -587,6 +587,6 @@ def test_columns_for_text_alone_are_not_in_csv(capsys):
 
 
 def test_an_output_that_the_shell_has_closed_is_no_error():
-    command = f'"{sys.executable}" -m billiard_shot.cli scene list >&-'
+    command = f'"{sys.executable}" -m billiard_shot scene list >&-'
     done = subprocess.run(command, shell=True, stderr=subprocess.PIPE, text=True, check=False)
     assert (done.returncode, done.stderr) == (0, '')

@@ -17,7 +17,7 @@ import billiard_shot
 from billiard_shot import machine_code
 from billiard_shot.cli import main
 from billiard_shot.cli.options import add_options
-from billiard_shot.cli.stroke_options import STROKE_OPTIONS, strokes_from_options
+from billiard_shot.cli.shots import STROKE_OPTIONS, strokes_from_options
 from billiard_shot.shot.stroke import read_strokes
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -23,7 +23,7 @@ from billiard_shot import (
     Stroke,
     TableStates,
 )
-from billiard_shot.compiler import build, tools
+from billiard_shot.compiler import build
 from billiard_shot.compiler.build import ENTRIES
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -211,14 +211,14 @@ def test_the_command_names_the_folder(capsys):
 def test_the_command_says_why_nothing_is_compiled(
     monkeypatch, capsys, tmp_path, variables, reason
 ):
-    """And leaves nothing of the environment of its own that it makes without tools."""
+    """And leaves nothing of the environment of its own that it makes without build."""
     from billiard_shot.cli import main
 
     monkeypatch.setenv('BILLIARD_SHOT_CACHE', str(tmp_path))
     monkeypatch.delenv('PIP_FIND_LINKS', raising=False)
     for name, value in variables.items():
         monkeypatch.setenv(name, value)
-    monkeypatch.setattr(tools, 'find_spec', lambda tool: None)
+    monkeypatch.setattr(build, 'find_spec', lambda tool: None)
     assert main(['compile']) == 1
     assert reason in capsys.readouterr().err
     assert {file.name for file in tmp_path.rglob('*') if file.is_file()} <= {'lock'}
@@ -229,20 +229,20 @@ def test_a_python_without_venv_is_named(monkeypatch, tmp_path):
     monkeypatch.setattr(sys, 'executable', 'false')
     (tmp_path / 'tools' / 'lib').mkdir(parents=True)
     with pytest.raises(RuntimeError, match='python3-venv is needed'):
-        tools.environment(tmp_path / 'tools').__enter__()
+        build.environment(tmp_path / 'tools').__enter__()
     assert not list(tmp_path.iterdir())
 
 
 def test_an_index_that_does_not_answer_ends_the_build(monkeypatch, tmp_path):
-    monkeypatch.setattr(tools, 'PATIENCE', 0.01)
+    monkeypatch.setattr(build, 'PATIENCE', 0.01)
     with pytest.raises(OSError, match='the package index does not answer'):
-        tools.fetch_library(sys.executable, tmp_path)
+        build.fetch_library(sys.executable, tmp_path)
 
 
 BUILD = """
 import shutil, sys
 from pathlib import Path
-from billiard_shot.compiler import build, tools
+from billiard_shot.compiler import build
 def slow(python, folder, targets):
     print('builds', flush=True)
     input()

@@ -1,8 +1,9 @@
 """
 `billiard-shot COMMAND ...`: the library for people without ROS.
 
-Each command is a module of this package, or of `cli.study`, `cli.calibrate` or `cli.scene`, with
-two members: `OPTIONS`, see `cli.options`; and `run`, which executes it and returns the exit code.
+Each command is a module of this package or of `cli.calibrate`, or a `Command` of `cli.study` or
+`cli.scene`, with two members: `OPTIONS`, see `cli.options`; and `run`, which executes it and
+returns the exit code.
 A module is imported only if its command is requested, so that it does not slow down the others.
 In all commands the scene comes first, `--output` names the file, and numbers are also printed as
 JSON or CSV.
@@ -11,14 +12,13 @@ JSON or CSV.
 import argparse
 from collections.abc import Callable, Container, Sequence
 from concurrent.futures import BrokenExecutor
-from importlib import import_module
+from pkgutil import resolve_name
 import re
 import sys
 from typing import Any, NoReturn
 
 import billiard_shot
-from billiard_shot.cli.files import check_files, PICTURES
-from billiard_shot.cli.options import add_options, check_options
+from billiard_shot.cli.options import add_options, check_files, check_options, PICTURES
 from billiard_shot.cli.output import (
     discard_output,
     EXIT_CODES,
@@ -181,9 +181,9 @@ def _complete(
 ) -> None:
     """Add the options of a command, and what runs it, if it is wanted."""
     if wanted is None or words in wanted:
-        module = import_module('.'.join(['billiard_shot.cli', *words]).replace('-', '_'))
-        add_options(parser, *module.OPTIONS)
-        parser.set_defaults(run=module.run, parser=parser)
+        command = resolve_name('.'.join(['billiard_shot.cli', *words]).replace('-', '_'))
+        add_options(parser, *command.OPTIONS)
+        parser.set_defaults(run=command.run, parser=parser)
         words = [_word(each) for each in parser._get_positional_actions()]
         parser.usage = ' '.join(['%(prog)s', *words, '[options]'])
 

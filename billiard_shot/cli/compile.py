@@ -6,8 +6,7 @@ import sys
 from typing import ClassVar
 
 from billiard_shot.cli.options import positional
-from billiard_shot.compiler.build import provide
-from billiard_shot.compiler.tools import missing_tool
+from billiard_shot.compiler.build import missing_tool, provide
 from billiard_shot.scene.errors import must_be_one_of
 
 TARGETS = 'linux-x86_64', 'linux-aarch64', 'wasm32', 'darwin-arm64', 'windows-amd64'

@@ -12,8 +12,7 @@ from billiard_shot import effects_of, save_shot, Shot
 from billiard_shot.cli.options import option
 from billiard_shot.cli.output import OfFormat, print_csv
 from billiard_shot.cli.shots import of_each, SHOT_OPTIONS, shots_of, title_of
-from billiard_shot.pictures.collision import draw_strike
-from billiard_shot.pictures.history import draw_history
+from billiard_shot.pictures.history import draw_history, draw_strike
 from billiard_shot.pictures.table import draw_shot
 from billiard_shot.pictures.trails import trails_of
 from billiard_shot.planning.result import why_missed

@@ -14,15 +14,18 @@ import math
 
 import numpy as np
 
-from billiard_shot.cue.execution import (
+from billiard_shot.cue.inputs import (
+    check_goal,
+    check_stamp,
+    ClockWatch,
     Command,
     Execution,
+    HeartbeatInput,
     MeasuredStrike,
     Result,
     Settings,
     StrikeDetector,
 )
-from billiard_shot.cue.inputs import check_goal, check_stamp, ClockWatch, HeartbeatInput
 from billiard_shot.cue.joint_trajectory import JointTrajectory
 from billiard_shot.cue.mechanism import INCLINE, JOINTS, Mechanism, STROKE, UNITS
 from billiard_shot.cue.plan import (
@@ -44,7 +47,7 @@ from billiard_shot.cue.safety import (
     SafetyState,
 )
 from billiard_shot.perception.sightings import Balls
-from billiard_shot.perception.table_watch import Heartbeat, TableWatch
+from billiard_shot.perception.tracker import Heartbeat, TableWatch
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene
 from billiard_shot.scene.errors import must_be

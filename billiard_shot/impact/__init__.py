@@ -5,7 +5,6 @@ This layer does not depend on billiards. Its public function is `collide`. The p
 for comparison, is in studies/impulse_scheme.py.
 """
 
-from billiard_shot.impact.bodies import Body, Contact
-from billiard_shot.impact.collide import collide, CollisionResult, Ending, Phase
+from billiard_shot.impact.collide import Body, collide, CollisionResult, Contact, Ending, Phase
 
 __all__ = ['Body', 'CollisionResult', 'Contact', 'Ending', 'Phase', 'collide']

@@ -40,7 +40,7 @@ from billiard_shot.impact.state import (
     Workspace,
 )
 from billiard_shot.impact.taylor import fill_stick_forces, integrate_coefficients
-from billiard_shot.numerics.linear import solve_in_place
+from billiard_shot.numerics.vectors import solve_in_place
 from billiard_shot.records import Floats, OBJECTS, ROWS, Storage, Vector
 
 

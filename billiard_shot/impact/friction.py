@@ -31,8 +31,8 @@ from billiard_shot.impact.state import (
     stop_slip,
     Workspace,
 )
-from billiard_shot.numerics.linear import pseudo_inverse
 from billiard_shot.numerics.polynomial import evaluate, product_integral
+from billiard_shot.numerics.vectors import pseudo_inverse
 from billiard_shot.records import Floats
 
 STRAIGHT, FOLLOWS, TURNS = range(3)  # what the direction of a contact that drags does in a step

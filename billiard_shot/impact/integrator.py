@@ -71,7 +71,7 @@ def integrate(
     m: Model, contacts: list[ContactState], ws: Workspace, p: ImpactProgress, log: list[PhaseLog]
 ) -> bool:
     """
-    Integrate a collision until it is over, or a section of it ends (ending.py).
+    Integrate a collision until it is over, or a section of it ends (kernel.py).
 
     Returns whether it is over; then `p.status` says how it ended.
     """

@@ -167,7 +167,7 @@ class Options(NamedTuple):
     tail_after : int
         Events after which a sequence of impacts may be summed as a geometric series.
     max_section_events : int
-        Events without the end of a section (ending.py), after which another contact is
+        Events without the end of a section (kernel.py), after which another contact is
         chosen to count sections by.
     max_tail_ratio : float
         A sequence that decays more slowly is not summed as a series: its differences are only

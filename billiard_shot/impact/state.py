@@ -12,7 +12,7 @@ from billiard_shot.records import Floats, record, Storage, Vector3
 
 MAX_COEFFICIENTS = 26  # of a step's polynomials
 IMPLICIT_STAGES = 8  # of an implicit step
-HISTORY = 15  # sections of a sequence that are kept, see ending.py
+HISTORY = 15  # sections of a sequence that are kept, see kernel.py
 SECTION = 10  # numbers that a section has for each contact
 
 Series = Annotated[Any, MAX_COEFFICIENTS]
@@ -164,7 +164,7 @@ class ImpactProgress:
     steps: int
     steps_since_event: int
     events: int
-    section: int  # contact that sections are counted by, -1: none yet; see ending.py
+    section: int  # contact that sections are counted by, -1: none yet; see kernel.py
     section_start: int  # number of events when the section began
     sections: int  # recorded so far
     event_hash: int  # of the events in this section
@@ -247,7 +247,7 @@ class Workspace(NamedTuple):
     # (IMPLICIT_STAGES, IMPLICIT_STAGES) from values at the nodes to integrals at the nodes
     integral: Any
     monomial: Any  # (IMPLICIT_STAGES, IMPLICIT_STAGES) from values at the nodes to coefficients
-    history: Any  # (HISTORY, SECTION N) of ending.py
+    history: Any  # (HISTORY, SECTION N) of kernel.py
     hashes: Any  # (HISTORY,)
     bodies: list[BodyState]  # 2 N + 2, of moving_bodies.py
     motion: Any  # (2 N + 2, 12, MAX_COEFFICIENTS) one matrix per body

@@ -14,16 +14,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from billiard_shot.pictures.canvas import add_legend, new_figure, save
-from billiard_shot.pictures.colours import (
+from billiard_shot.pictures.canvas import (
+    add_legend,
     ball_colour,
     BLACK,
     BLUE,
     GREEN,
     GREY,
     is_striped,
+    new_figure,
     ORANGE,
     PURPLE,
+    save,
     VERMILION,
 )
 from billiard_shot.pictures.trails import path_colours, Trails, trails_of

@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.pictures.canvas import require_matplotlib
-from billiard_shot.pictures.colours import BLACK
+from billiard_shot.pictures.canvas import BLACK, require_matplotlib
 from billiard_shot.pictures.table import (
     draw_balls,
     draw_cue,

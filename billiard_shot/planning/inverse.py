@@ -23,8 +23,7 @@ from billiard_shot.scene import Scene, SceneLike
 from billiard_shot.scene.errors import refused
 from billiard_shot.scene.fields import as_floats
 from billiard_shot.scene.player import A, AZIMUTH, B, ELEVATION, SPEED
-from billiard_shot.shot.effects import model_of
-from billiard_shot.shot.strike_model import StrikeModel
+from billiard_shot.shot.effects import model_of, StrikeModel
 from billiard_shot.shot.stroke import Stroke
 
 # Elevations of the first guesses [rad]; their offsets are those of a tip that sticks.

@@ -19,9 +19,9 @@ from billiard_shot.scene.errors import found_in, InputError, Mistake, must_be_on
 from billiard_shot.scene.fields import check, check_type, one_or_many, read
 from billiard_shot.scene.placement import CUE_BALL, Place
 from billiard_shot.scene.player import A, AZIMUTH, B, ELEVATION, SPEED
+from billiard_shot.shot.effects import StrikeModel, tip_reach
 from billiard_shot.shot.lowest_elevation import first_clear, Margins, margins_for
 from billiard_shot.shot.play import prepared_scene, PreparedScene
-from billiard_shot.shot.strike_model import StrikeModel, tip_reach
 from billiard_shot.table.model.geometry import POCKETS
 from billiard_shot.table.model.motion import BallRule, LEFT_TABLE, NOTHING, POCKETED
 from billiard_shot.table.run.layout import layout_of

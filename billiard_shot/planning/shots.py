@@ -38,9 +38,8 @@ from billiard_shot.records import Array, as_rows, column, Floats, Storage
 from billiard_shot.scene import Noise, Scene, SceneLike
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.scene.player import A, B, ELEVATION, offset_columns, OFFSETS, SPEED
-from billiard_shot.shot.effects import model_of
+from billiard_shot.shot.effects import model_of, StrikeModel
 from billiard_shot.shot.lowest_elevation import raising_of
-from billiard_shot.shot.strike_model import StrikeModel
 from billiard_shot.table.model.geometry import PackedTable, POCKETS
 from billiard_shot.table.motion.cloth import rolling_share
 from billiard_shot.table.run.effects import params_on_table

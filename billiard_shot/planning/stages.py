@@ -31,8 +31,8 @@ from billiard_shot.planning.runner import Outcomes, Runner
 from billiard_shot.planning.statistics import quasi_random
 from billiard_shot.records import Array, ROWS
 from billiard_shot.scene.player import AZIMUTH, ELEVATION
+from billiard_shot.shot.effects import StrikeModel
 from billiard_shot.shot.play import Accuracy, alone, play_by
-from billiard_shot.shot.strike_model import StrikeModel
 from billiard_shot.shot.stroke import vectors_of
 from billiard_shot.status import Status
 from billiard_shot.table.model.motion import BallRule

@@ -16,8 +16,8 @@ from billiard_shot.scene import Noise, Scene, SceneLike
 from billiard_shot.scene.errors import InputError
 from billiard_shot.scene.fields import read
 from billiard_shot.scene.player import A, AZIMUTH, B, SPEED
+from billiard_shot.shot.effects import StrikeModel
 from billiard_shot.shot.play import Accuracy, play, prepared_scene, strike, StrokeBatch
-from billiard_shot.shot.strike_model import StrikeModel
 from billiard_shot.shot.stroke import playable_offsets, read_rows, vectors_of
 from billiard_shot.status import Status
 from billiard_shot.table.run.states import TableStates

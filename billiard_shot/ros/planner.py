@@ -18,7 +18,7 @@ from visualization_msgs.msg import MarkerArray
 
 from billiard_shot import plan, PlanResult, Scene, Status
 from billiard_shot.planning.runner import Progress
-from billiard_shot.ros import display, parameters, plan_conversions
+from billiard_shot.ros import parameters, plan_conversions, table_display
 from billiard_shot.ros.node_runner import BURST, GoalHandle, in_thread, LATCHED, spin_node
 from billiard_shot.ros.parameters import (
     checked,
@@ -192,7 +192,7 @@ class Planner(Node):
                     best, request, f'{plan_id}-1', header, SHOWN_SAMPLES
                 )
             )
-            self._markers.publish(display.plan_markers(result.ranking, header))
+            self._markers.publish(table_display.plan_markers(result.ranking, header))
         message = plan_conversions.plan_result(result, request, plan_id, goal.request, header)
         if search.replaced.is_set():
             message.message = f'preempted by a newer goal; {message.message}'

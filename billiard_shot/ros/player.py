@@ -12,23 +12,30 @@ targets also a predictor, and for targets a planner. With `--serve` it is the no
 
 import argparse
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import math
+from pathlib import Path
+from typing import Any
 
 from action_msgs.msg import GoalStatus
-from billiard_shot_msgs.action import ExecuteShot
+from billiard_shot_msgs.action import ExecuteShot, PlayTurn
 from billiard_shot_msgs.srv import PredictShot
 
 from billiard_shot import Scene, Status, Stroke
-from billiard_shot.cli.options import add_options, check_options, positional
-from billiard_shot.cli.stroke_options import STROKE_OPTIONS, strokes_from_options, strokes_given
+from billiard_shot.cli.options import add_options, check_options, option, positional
+from billiard_shot.cli.shots import STROKE_OPTIONS, strokes_from_options, strokes_given
 from billiard_shot.cue.plan import GoalOutcome, RefusedError
+from billiard_shot.game.rack import Agent, find_agent
+from billiard_shot.game.referee import start
+from billiard_shot.game.state import State
+from billiard_shot.game.typed import OUTCOME_HELP, Places, read_outcome
 from billiard_shot.planning.problem import Target
 from billiard_shot.planning.statistics import estimate_in_words
 from billiard_shot.ros import conversions
 from billiard_shot.ros.client import (
     CLIENT_HELP,
     FIRE,
+    LOOK_PERIOD,
     OfClient,
     RobotClient,
     run_client,
@@ -40,11 +47,122 @@ from billiard_shot.ros.client import (
 from billiard_shot.ros.node_runner import own_arguments, parser_of
 from billiard_shot.ros.parameters import within_mechanism
 from billiard_shot.ros.plan_conversions import target_in, target_message
-from billiard_shot.ros.turn import GameTable
-from billiard_shot.ros.turn_client import first_turn, OfGame, play_turn
-from billiard_shot.ros.turn_server import TurnServer
+from billiard_shot.ros.turn import (
+    AIMED,
+    game_state_message,
+    GameTable,
+    Question,
+    state_of,
+    Turn,
+    TurnServer,
+)
 from billiard_shot.scene.fields import number, whole_number
 from billiard_shot.scene.placement import CUE_BALL
+
+WORDS = {
+    PlayTurn.Feedback.PLACE: 'place',
+    PlayTurn.Feedback.PLAY: 'plays',
+    PlayTurn.Feedback.RULE: 'unknown',
+    PlayTurn.Feedback.JUDGED: 'ruling',
+}
+
+
+@dataclass(frozen=True)
+class OfGame:
+    """
+    The game, and the action that plays turns.
+
+    Parameters
+    ----------
+    game : GAME
+        Play a turn of this game, such as practice or eight_ball.
+    balls : N
+        Rack only the first N balls of the game.
+    agent : NAME
+        Who decides: player, greedy, random, or a module of your own (%(default)s).
+    seed : N
+        Of the rack and of the agent (%(default)d).
+    state : FILE
+        File of the game, written after the turn; if it exists, the game goes on from it.
+    serve : bool
+        Offer the action play_turn, until Ctrl+C.
+    modules : MODULE
+        Games and players of your own that goals of --serve may name.
+
+    """
+
+    game: str | None = None
+    balls: int | None = None
+    agent: str = 'player'
+    seed: int = whole_number(minimum=0, default=0)
+    state: Path | None = None
+    serve: bool = False
+    modules: list[str] = option(default=())
+
+
+def first_turn(options: Any, scene: Scene) -> tuple[State, Agent]:
+    """Read the state of the game, or start a game; ValueError if that is not possible."""
+    agent = find_agent(options.agent)(scene, options.seed)
+    if not (options.state and options.state.exists()):
+        return start(options.game or 'practice', scene, options.seed, balls=options.balls), agent
+    state = State.load(options.state)
+    if options.game not in (None, state.game.name):
+        raise ValueError(f'--game: {options.state} has a game of {state.game.name}')
+    if state.over:
+        raise ValueError(f'--state: the game of {options.state} is over')
+    on_table = state_of(game_state_message(state), state.balls, scene)
+    return replace(on_table, time_left=state.time_left), agent
+
+
+class Operator:
+    """Tells the operator what happens in a turn, and takes what the operator types."""
+
+    def __init__(self, client: RobotClient, *, arms: bool) -> None:
+        self._client, self._arms, self._typed = client, arms, TypedLines()
+        self._stage, self._shot_id = PlayTurn.Feedback.DECIDE, ''
+        self.question = Question(client)
+        client.create_timer(LOOK_PERIOD, self._take)
+
+    def tell(self, stage: int, message: str, shot_id: str, balls: Places) -> None:
+        """Print what happens, and what to type."""
+        self._stage, self._shot_id = stage, shot_id
+        asked = ''
+        if message == AIMED and not self._arms:
+            asked = f'; type {FIRE} and Enter'
+        elif stage == PlayTurn.Feedback.RULE:
+            asked = '; type what it did (? for help)'
+        if stage in WORDS:
+            say(f'  {WORDS[stage]:11} {message}{asked}')
+
+    def _take(self) -> None:
+        line = self._typed.next()
+        if line == FIRE and self._stage == PlayTurn.Feedback.PLAY:
+            self._client.arm(self._shot_id)
+        elif line is not None and self._stage == PlayTurn.Feedback.RULE:
+            try:
+                self.question.answer(self._shot_id, read_outcome(line))
+                say('  used')
+            except ValueError as error:
+                say(OUTCOME_HELP if line == '?' else f'  {error}')
+        elif line:
+            say(f'  "{line}" is not asked for now')
+
+
+def play_turn(table: GameTable, state: State, agent: Agent, options: Any) -> bool:
+    """Play a turn, and print it; return False if it was not played, or the rack is lost."""
+    say(f'{state.game.name}: {len(state.object_balls)} balls, player {state.player}')
+    operator = Operator(table.client, arms=options.arm)
+    turn = Turn(table, agent, operator.tell, operator.question.ask, options.arm, state)
+    try:
+        outcome, message = turn.play()
+        say(f'  turn        {message}')
+    finally:
+        if options.state:
+            turn.state.save(options.state)
+    if outcome == PlayTurn.Result.OVER:
+        return turn.state.winner == state.player
+    return outcome == PlayTurn.Result.TURN_ENDED
+
 
 MAX_VALIDITY = 3600.0  # s within which a shot must be fired
 MAX_BUDGET = 2**32 - 1  # strokes to simulate; no larger number fits into a goal

@@ -11,7 +11,7 @@ from billiard_shot_msgs.srv import PredictShot
 
 from billiard_shot import Scene, Status, Stroke
 from billiard_shot.cli.options import add_options
-from billiard_shot.cli.stroke_options import STROKE_OPTIONS, strokes_from_options
+from billiard_shot.cli.shots import STROKE_OPTIONS, strokes_from_options
 from billiard_shot.perception.sightings import Sighting
 from billiard_shot.ros import cue_conversions
 from billiard_shot.ros.client import CLIENT_HELP, OfClient, RobotClient, run_client, say

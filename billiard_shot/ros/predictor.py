@@ -16,7 +16,7 @@ from std_msgs.msg import String
 from visualization_msgs.msg import MarkerArray
 
 from billiard_shot import predict, predict_batch, Scene, Shot, Status
-from billiard_shot.ros import conversions, display, parameters
+from billiard_shot.ros import conversions, parameters, table_display
 from billiard_shot.ros.node_runner import BURST, in_thread, LATCHED, spin_node, steady_timer
 from billiard_shot.ros.parameters import checked, MAX_SAMPLES, OfTable, SHOWN_SAMPLES
 from billiard_shot.scene.fields import number, whole_number
@@ -131,8 +131,8 @@ class Predictor(Node):
         shot, header = self._shown, parameters.table_header(self)
         assert shot
         trajectory = conversions.trajectory_message(shot.trajectory, SHOWN_SAMPLES)
-        self._path.publish(display.path_of(trajectory, header))
-        self._markers.publish(display.shot_markers(shot, header))
+        self._path.publish(table_display.path_of(trajectory, header))
+        self._markers.publish(table_display.shot_markers(shot, header))
         self._record.publish(String(data=to_json(shot)))
 
 

@@ -1,4 +1,8 @@
-"""A turn of a game, played with the mechanical cue: decide, aim, arm, watch, judge."""
+"""
+A turn of a game, played with the mechanical cue: decide, aim, arm, watch, judge.
+
+The action `play_turn` plays a turn for whoever sends a goal.
+"""
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -12,20 +16,30 @@ from typing import Any, TypeAlias, TypeVar
 from action_msgs.msg import GoalStatus
 from billiard_shot_msgs.action import PlayTurn
 from billiard_shot_msgs.msg import BallState, GameState, TurnShot
-from billiard_shot_msgs.srv import PlaceBalls
+from billiard_shot_msgs.srv import PlaceBalls, RuleShot
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Point
 import numpy as np
+from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.client import Client
+from rclpy.task import Future
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from billiard_shot import Stroke
 from billiard_shot.cue.plan import GoalOutcome as Execution
 from billiard_shot.cue.plan import RefusedError
-from billiard_shot.game.rack import Agent, decision_of, scene_of
+from billiard_shot.game.rack import Agent, agent_names, decision_of, find_agent, scene_of
 from billiard_shot.game.referee import choose, concede, judge
-from billiard_shot.game.state import Decision, find_game, Outcome, outcome_of, Ruling, State
+from billiard_shot.game.state import (
+    Decision,
+    find_game,
+    game_names,
+    Outcome,
+    outcome_of,
+    Ruling,
+    State,
+)
 from billiard_shot.game.typed import Places, possible_rulings, ShotReport, told_outcome
 from billiard_shot.perception.sightings import Balls, positions_of
 from billiard_shot.ros.client import (
@@ -37,9 +51,9 @@ from billiard_shot.ros.client import (
     UNSEEN_TIME,
 )
 from billiard_shot.ros.conversions import filled, sightings_of
-from billiard_shot.ros.node_runner import LATCHED
+from billiard_shot.ros.node_runner import GoalHandle, LATCHED
 from billiard_shot.scene import Scene
-from billiard_shot.scene.errors import refused
+from billiard_shot.scene.errors import InputError, Mistake, must_be_one_of, printable, refused
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.replay import from_json
 
@@ -422,3 +436,125 @@ class Turn:
         self.tell(TurnStage.JUDGED, ruling.text, shot_id, {})
         self.state = ruling.state
         self._ask_agent(self.agent.saw, state, decision, ruling)
+
+
+class TurnServer:
+    """
+    The action `play_turn` (billiard_shot_msgs/action/PlayTurn), one goal at a time.
+
+    The service `~/rule_shot` (billiard_shot_msgs/srv/RuleShot) takes what somebody saw of a shot
+    that the feedback asks for. Both are of the node of the client, which answers whenever it
+    waits, as it does during nearly all of a turn. Goals may name the games and players of the
+    package, and `modules`.
+    """
+
+    def __init__(self, table: GameTable, modules: Sequence[str] = ()) -> None:
+        self._table, self._client, self._modules = table, table.client, modules
+        self._goal: tuple[GoalHandle, Future[PlayTurn.Result]] | None = None
+        self._question = Question(table.client)
+        self._taken = False
+        self._client.create_service(RuleShot, '~/rule_shot', self._rule)
+        ActionServer(
+            self._client,
+            PlayTurn,
+            'play_turn',
+            self._execute,
+            goal_callback=self._may_accept,
+            cancel_callback=self._cancel,
+        )
+        action = self._client.resolve_topic_name('play_turn')
+        self._client.get_logger().info(f'ready: action {action}')
+
+    def serve(self) -> bool:
+        """Play the turns of goals, until a signal ends the program."""
+        while True:
+            with self._client.to_the_end():  # a cancel may come too late for the turn before
+                self._client.until(lambda: self._goal, math.inf)
+            if self._goal:
+                goal, ended = self._goal
+                result = self._play(goal)
+                self._goal = None
+                ended.set_result(result)
+
+    # --- requests -------------------------------------------------------------------------------
+
+    def _may_accept(self, _: PlayTurn.Goal) -> GoalResponse:
+        if self._taken:
+            self._client.get_logger().warning('rejected a goal: a turn is being played')
+            return GoalResponse.REJECT
+        self._taken = True
+        return GoalResponse.ACCEPT
+
+    async def _execute(self, goal: GoalHandle) -> PlayTurn.Result:
+        ended: Future[PlayTurn.Result] = Future(executor=self._client.executor)
+        self._goal = goal, ended
+        result = await ended
+        self._taken = self._client.is_canceled = False
+        assert result is not None
+        if goal.is_cancel_requested and result.outcome == result.CANCELED:
+            goal.canceled()
+        elif result.outcome in (result.TURN_ENDED, result.OVER):
+            goal.succeed()
+        else:
+            goal.abort()
+        return result
+
+    def _cancel(self, _: GoalHandle) -> CancelResponse:
+        self._client.is_canceled = True
+        return CancelResponse.ACCEPT
+
+    def _rule(self, request: RuleShot.Request, response: RuleShot.Response) -> RuleShot.Response:
+        try:
+            if len(request.pocketed) != len(request.pockets):
+                raise ValueError(
+                    f'pockets must have {len(request.pocketed)} elements, as pocketed, got '
+                    f'{len(request.pockets)}'
+                )
+            pockets = dict(zip(request.pocketed, request.pockets, strict=True))
+            told = ShotReport(
+                request.first_contact, request.to_cushion, pockets, request.double_hit
+            )
+            self._question.answer(request.shot_id, told)
+            response.success = True
+        except ValueError as error:
+            response.message = str(error)
+        return response
+
+    # --- the turn -------------------------------------------------------------------------------
+
+    def _play(self, goal: GoalHandle) -> PlayTurn.Result:
+        request, log = goal.request, self._client.get_logger()
+
+        def tell(stage: int, message: str, shot_id: str, balls: Places) -> None:
+            log.info(printable(message))
+            feedback = PlayTurn.Feedback(stage=stage, message=message, shot_id=shot_id)
+            feedback.balls = balls_message(balls)
+            goal.publish_feedback(feedback)
+
+        try:
+            for field, name, known in (
+                ('state.game', request.state.game, game_names()),
+                ('agent', request.agent.partition(':')[0], ['', *agent_names()]),
+            ):
+                if name not in (*known, *self._modules):
+                    raise InputError([Mistake((field,), must_be_one_of(known, name))])
+            self._client.wait_for_driver()
+            places = places_of(request.balls) or self._table.places_at_rest()
+            state = state_of(request.state, places, self._table.scene)
+            agent = find_agent(request.agent or 'player')(self._table.scene, request.seed)
+        except Exception as error:
+            outcome, message = early_end(error, self._client)
+            return PlayTurn.Result(
+                outcome=outcome, message=message, state=request.state, balls=request.balls
+            )
+        ask = self._question.ask
+        turn = Turn(self._table, agent, tell, ask, request.arm, state)
+        outcome, message = turn.play()
+        log.info(printable(message))
+        return PlayTurn.Result(
+            outcome=outcome,
+            message=message,
+            state=game_state_message(turn.state),
+            balls=balls_message(turn.state.balls),
+            shots=turn.shots,
+        )

@@ -13,8 +13,7 @@ from billiard_shot.notebook import Shown
 from billiard_shot.records import Array, column, OBJECTS, Triple
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL, no_place
-from billiard_shot.shot.effects import model_of
-from billiard_shot.shot.strike_model import cue_params, StrikeModel
+from billiard_shot.shot.effects import cue_params, model_of, StrikeModel
 from billiard_shot.status import INFINITE_SEQUENCE, MISS, OK, Status, TOLERANCE_NOT_REACHED
 from billiard_shot.table.model.cue import CueParams
 from billiard_shot.table.model.geometry import TableParams

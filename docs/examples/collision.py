@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from billiard_shot import Body, Contact
-from billiard_shot.pictures.collision import draw_collision
+from billiard_shot.pictures.history import draw_collision
 
 bodies = [Body(mass=1.0, velocity=(0, 0, -3)), Body(mass=1.0), Body.fixed()]
 contacts = [

@@ -88,7 +88,7 @@ def test_other_files_are_refused(tmp_path, capsys):
 def test_a_core_that_cannot_be_built_is_named(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr('billiard_shot.machine_code.PACKAGED', tmp_path)
     monkeypatch.setattr('billiard_shot.machine_code.built', lambda: tmp_path / 'built')
-    monkeypatch.setattr('billiard_shot.compiler.tools.find_spec', lambda name: None)
+    monkeypatch.setattr('billiard_shot.compiler.build.find_spec', lambda name: None)
     assert main(['export', 'paper', '-o', str(tmp_path / 'scene.json'), '--core']) == 2
     said = 'billiard-shot: the core for wasm32 cannot be built: numba is not installed'
     assert capsys.readouterr().err.startswith(said)

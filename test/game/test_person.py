@@ -248,7 +248,7 @@ def test_each_shot_is_shown_in_the_browser_if_that_is_wished(types, monkeypatch,
 
 
 def test_ctrl_c_ends_the_game_and_keeps_it(tmp_path):
-    command = [sys.executable, '-m', 'billiard_shot.cli', *PRACTICE.split()]
+    command = [sys.executable, '-m', 'billiard_shot', *PRACTICE.split()]
     environment = os.environ | {'TMPDIR': str(tmp_path)}
     pipe = subprocess.PIPE
     with subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=pipe, env=environment) as game:

@@ -15,7 +15,7 @@ import pytest
 
 from billiard_shot import Status
 from billiard_shot.impact import Body, collide, Contact
-from billiard_shot.impact.bodies import direction
+from billiard_shot.impact.collide import direction
 
 UP = (0.0, 0.0, 1.0)
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from setups import guided_strike, solved
 
-from billiard_shot.impact import ending
+from billiard_shot.impact import kernel
 from billiard_shot.impact.collocation import TABLEAUS
 from billiard_shot.impact.options import ENERGETIC
 from billiard_shot.impact.state import ContactState, Model, SECTION, workspace
@@ -99,11 +99,11 @@ def test_cycles_to_come_add_up_as_a_geometric_series(ratio):
     first, last, now = (
         (limit + ratio**n * once + ratio ** (2 * n) * twice).tolist() for n in range(3)
     )
-    size = ending.amplitude([contact], ws, last, first)
-    found = ending.amplitude([contact], ws, now, last) / size
+    size = kernel.amplitude([contact], ws, last, first)
+    found = kernel.amplitude([contact], ws, now, last) / size
     assert found == pytest.approx(ratio, rel=1e-14)
-    assert ending.is_geometric(model, [contact], ws, now, last, first, ratio)
-    ending.add_cycles([contact], now, last, first, ratio)
+    assert kernel.is_geometric(model, [contact], ws, now, last, first, ratio)
+    kernel.add_cycles([contact], now, last, first, ratio)
     reached = (
         contact.velocity[0],
         contact.slip_1[0],
@@ -117,8 +117,8 @@ def test_cycles_to_come_add_up_as_a_geometric_series(ratio):
     back = np.zeros(SECTION)  # with it, the slip would turn back on the way to its limit
     back[1:3] = -0.7 - 0.05 * ratio**2, -0.2
     moved = ((np.array(x) + back).tolist() for x in (now, last, first))
-    assert not ending.is_geometric(model, [contact], ws, *moved, ratio)
+    assert not kernel.is_geometric(model, [contact], ws, *moved, ratio)
     for row in (0, 1, 3, 4, 5):  # what is no series is not taken for one
         other = list(now)
         other[row] += 1e-9 * (1.0 - ratio)
-        assert not ending.is_geometric(model, [contact], ws, other, last, first, ratio)
+        assert not kernel.is_geometric(model, [contact], ws, other, last, first, ratio)

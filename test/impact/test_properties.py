@@ -22,7 +22,7 @@ from slow_check import frame, inverse_mass, jacobian, rotation
 
 from billiard_shot.impact import Body, collide
 from billiard_shot.impact.collocation import TABLEAUS
-from billiard_shot.impact.ending import energy_imbalance
+from billiard_shot.impact.kernel import energy_imbalance
 from billiard_shot.impact.state import ContactState, workspace
 from billiard_shot.records import OBJECTS
 from billiard_shot.status import Status

@@ -6,8 +6,7 @@ from hypothesis.extra.numpy import arrays
 import numpy as np
 import pytest
 
-from billiard_shot.numerics.linear import pseudo_inverse, solve_in_place
-from billiard_shot.numerics.vectors import contact_axes, unit
+from billiard_shot.numerics.vectors import contact_axes, pseudo_inverse, solve_in_place, unit
 
 NUMBERS = st.floats(-10.0, 10.0)
 VECTORS = arrays(float, 3, elements=NUMBERS)

@@ -15,14 +15,14 @@ import pytest
 
 from billiard_shot import pictures, predict, Scene, Stroke
 from billiard_shot.cli import main
-from billiard_shot.pictures.collision import (
+from billiard_shot.pictures.history import (
     collision_figure,
     draw_collision,
     grip_of,
+    history_of,
     trace_of_collision,
     trace_of_strike,
 )
-from billiard_shot.pictures.history import history_of
 from billiard_shot.pictures.trails import trails_of
 from billiard_shot.pictures.view import view_data
 from billiard_shot.table.run.results import EventKind, TableRun

@@ -335,7 +335,7 @@ def ended(process):
 
 @pytest.mark.skipif(sys.platform == 'win32', reason='needs signals')
 def test_ctrl_c_ends_it_also_during_a_search():
-    command = [sys.executable, '-m', 'billiard_shot.cli', 'explore', 'snooker', '--plan']
+    command = [sys.executable, '-m', 'billiard_shot', 'explore', 'snooker', '--plan']
     with (
         subprocess.Popen(
             command,

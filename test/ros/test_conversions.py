@@ -18,7 +18,7 @@ from std_msgs.msg import Header
 
 from billiard_shot import predict, predict_batch, Scene, Status, Stroke
 from billiard_shot.perception.sightings import Sighting
-from billiard_shot.ros import conversions, display
+from billiard_shot.ros import conversions, table_display
 from billiard_shot.ros.predict_shot import request_of
 from billiard_shot.ros.turn import state_of
 from billiard_shot.scene import Effects
@@ -121,7 +121,7 @@ def test_path_stamps_carry_over_seconds():
     shot = predict(SCENE, Stroke(normal=(-1, 0, 0), velocity=(1, 0, 0)))
     message = conversions.response_of(shot, 5).trajectory
     message.times[-2] = 1e300
-    path = display.path_of(message, Header(stamp=Time(sec=7, nanosec=999_999_999)))
+    path = table_display.path_of(message, Header(stamp=Time(sec=7, nanosec=999_999_999)))
     assert path.poses[0].header.stamp == Time(sec=7, nanosec=999_999_999)
     last = path.poses[-1].header.stamp
     assert last.sec + last.nanosec * 1e-9 == pytest.approx(8.0 + message.times[-1], abs=1e-6)

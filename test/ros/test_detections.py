@@ -17,12 +17,17 @@ from rclpy.serialization import serialize_message
 from std_msgs.msg import Header
 from vision_msgs.msg import Detection3D, Detection3DArray, ObjectHypothesisWithPose
 
-from billiard_shot.perception.gate import MAX_DEVIATION
+from billiard_shot.perception.sightings import MAX_DEVIATION
 from billiard_shot.perception.tracker import BallTracker
-from billiard_shot.ros import detections
+from billiard_shot.ros import table_tracker
 from billiard_shot.ros.conversions import time_of
-from billiard_shot.ros.detections import class_counts_of, class_names_of, detected_balls
-from billiard_shot.ros.table_tracker import MAX_BYTES, TableTracker
+from billiard_shot.ros.table_tracker import (
+    class_counts_of,
+    class_names_of,
+    detected_balls,
+    MAX_BYTES,
+    TableTracker,
+)
 
 NAMES = {'white': 'cue', '8': '8', 'solid': 'solid'}
 VARIANCE = 2.5e-7
@@ -105,7 +110,7 @@ def test_too_many_balls_are_counted_before_anything_else_is_done(monkeypatch):
     def never(*_):
         raise AssertionError('a position was read')
 
-    monkeypatch.setattr(detections, 'xyz', never)
+    monkeypatch.setattr(table_tracker, 'xyz', never)
     with pytest.raises(
         ValueError, match=r'detections of balls must have at most 64 .*, got 10000'
     ):

@@ -21,9 +21,8 @@ from waiting import PatientCaller, spin_until
 import yaml
 
 from billiard_shot import Motion, predict, Scene, Stroke
-from billiard_shot.pictures.colours import ball_colour, MOTIONS
-from billiard_shot.ros import display, table_display
-from billiard_shot.ros import display as markers
+from billiard_shot.pictures.canvas import ball_colour, MOTIONS
+from billiard_shot.ros import table_display
 
 ROOT = Path(__file__).resolve().parents[2]
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -115,7 +114,7 @@ def test_balls_lie_where_they_do_in_their_colours():
     assert [label.text for label in named(array, 'labels')] == ['cue', '3']
     for ball, name in zip(balls, ('cue', '3'), strict=True):
         np.testing.assert_allclose(size(ball), 0.056)
-        assert ball.color == markers.colour(ball_colour(name))
+        assert ball.color == table_display.colour(ball_colour(name))
 
 
 def test_a_shot_shows_the_cue_and_every_ball_that_moves():
@@ -124,7 +123,7 @@ def test_a_shot_shows_the_cue_and_every_ball_that_moves():
         a=0.1, b=0.2, elevation=0.1, azimuth=np.arctan2(there[1], there[0]), speed=2.0
     )
     shot = predict(COMBINATION, stroke)
-    array = display.shot_markers(shot, NOW)
+    array = table_display.shot_markers(shot, NOW)
     drawn(array)
     moving = {name: each for name, each in shot.run.balls.items() if each.duration > 0.0}
     assert len(moving) > 1
@@ -157,7 +156,7 @@ def test_a_shot_shows_the_cue_and_every_ball_that_moves():
 def test_a_line_goes_where_the_ball_does():
     """Between two points of it the massé is no farther from its line than a millimetre."""
     shot = predict(Scene.load('paper'), PAPER_SHOTS['massé'])
-    line = corners(named(display.shot_markers(shot, NOW), 'paths')[0])
+    line = corners(named(table_display.shot_markers(shot, NOW), 'paths')[0])
     a, b = line[:-1], line[1:]
     for time in np.linspace(0.0, shot.trajectory.duration, 500):
         point = shot.trajectory.at(time).position
@@ -175,7 +174,7 @@ def test_a_plan_shows_the_best_stroke_best():
         SimpleNamespace(shot=predict(COMBINATION, stroke), kind='direct', chance=chance)
         for stroke, chance in zip(strokes, ('91 %', '80 %', '40 %'), strict=True)
     ]
-    array = display.plan_markers(ranking, NOW)
+    array = table_display.plan_markers(ranking, NOW)
     drawn(array)
     cues = named(array, 'cue')
     assert [cue.color.a for cue in cues] == pytest.approx([1.0, 0.3, 0.3])
@@ -184,7 +183,7 @@ def test_a_plan_shows_the_best_stroke_best():
         'direct: 80 %',
         'direct: 40 %',
     ]
-    nothing = display.plan_markers([], NOW)
+    nothing = table_display.plan_markers([], NOW)
     assert drawn(nothing) == [], 'no plan: what was shown goes'
 
 

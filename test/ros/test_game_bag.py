@@ -32,8 +32,7 @@ from billiard_shot.perception.tracker import BallTracker, TrackerSettings
 from billiard_shot.ros import turn
 from billiard_shot.ros.conversions import ball_message, seconds, sightings_of
 from billiard_shot.ros.cue_conversions import plan_message, plan_of
-from billiard_shot.ros.detections import class_names_of, detected_balls
-from billiard_shot.ros.table_tracker import TableTrackerParameters
+from billiard_shot.ros.table_tracker import class_names_of, detected_balls, TableTrackerParameters
 from billiard_shot.ros.turn import balls_message, game_state_message, GameTable, places_of
 from billiard_shot.table.run.outline import outline_of
 

@@ -16,7 +16,7 @@ from rclpy.exceptions import ParameterException
 from rclpy.parameter import Parameter
 
 from billiard_shot import Status
-from billiard_shot.cue.execution import Settings
+from billiard_shot.cue.inputs import Settings
 from billiard_shot.cue.mechanism import Alignment
 from billiard_shot.cue.simulated import Faults, Imperfections
 from billiard_shot.perception.tracker import TrackerSettings

@@ -22,9 +22,9 @@ from waiting import PATIENCE, PatientCaller, spin_until
 from billiard_shot import Scene, Stroke
 from billiard_shot.cue.plan import GoalOutcome
 from billiard_shot.cue.safety import SafetyState
-from billiard_shot.ros.detections import Frames, STATIC
 from billiard_shot.ros.node_runner import LATCHED
 from billiard_shot.ros.table_sim import CameraErrors, detections_message
+from billiard_shot.ros.table_tracker import Frames, STATIC
 
 NOISE = 5e-4
 CAMERA = {

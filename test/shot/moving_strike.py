@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from billiard_shot.shot.strike_model import cue_params
+from billiard_shot.shot.effects import cue_params
 from billiard_shot.table.run.layout import ENDLESS
 from billiard_shot.table.run.states import ball_starts
 from billiard_shot.table.run.task import run_tables, TableTask

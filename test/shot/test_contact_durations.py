@@ -8,7 +8,7 @@ from setups import SLOW_CLOTH, UP
 
 from billiard_shot import EventKind, predict, predict_batch, Scene, Stroke
 from billiard_shot.impact import Body, collide, Contact
-from billiard_shot.shot.strike_model import springs
+from billiard_shot.shot.effects import springs
 
 PLAYING, JUMPING = Scene.load('pool'), Scene.load('jump_cue')
 

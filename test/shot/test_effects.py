@@ -9,8 +9,7 @@ import pytest
 from billiard_shot import effects_of, predict, Scene, sensitivity_of, Status, Stroke
 from billiard_shot.scene import Effects, Noise
 from billiard_shot.scene.files import scene_names
-from billiard_shot.shot.effects import GATES, STRIKE_GATES
-from billiard_shot.shot.strike_model import strike_model, StrikeModel
+from billiard_shot.shot.effects import GATES, STRIKE_GATES, strike_model, StrikeModel
 from billiard_shot.study import steps
 from billiard_shot.table.model.geometry import BallClothParams, TableParams
 from billiard_shot.table.run.effects import apply_overrides, TABLE_GATES

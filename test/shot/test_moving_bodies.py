@@ -10,8 +10,7 @@ from strike_reference import BALL, CLOTH, EDGE, integrate, Springs
 
 from billiard_shot import predict, predict_batch, Scene, Status, Stroke
 from billiard_shot.scene import Effects
-from billiard_shot.shot.effects import model_of
-from billiard_shot.shot.strike_model import cue_params
+from billiard_shot.shot.effects import cue_params, model_of
 from billiard_shot.table.model.cue import CLOTH_CONTACT, LONGEST_SWING, MAX_HITS, TIP_CONTACT
 from billiard_shot.table.model.geometry import stiffness_of
 from billiard_shot.table.run.effects import table_on

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from billiard_shot import effects_of, predict, predict_batch, Scene, Status, Stroke
-from billiard_shot.shot.effects import model_of
-from billiard_shot.shot.strike_model import cue_params, TIP_SHEAR
+from billiard_shot.shot.effects import cue_params, model_of, TIP_SHEAR
 from billiard_shot.table.run.layout import ENDLESS
 
 TIP = {'restitution': 0.75, 'friction': 0.6, 'duration': 1.3e-3, 'exponent': 1.5}

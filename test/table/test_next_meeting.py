@@ -8,7 +8,7 @@ import pytest
 from billiard_shot.records import OBJECTS
 from billiard_shot.table.contacts.balls import find_next_meeting, note_collision
 from billiard_shot.table.model.motion import NOTHING, room_for_simulation, Simulation, start_ball
-from billiard_shot.table.run.event_handlers import next_event
+from billiard_shot.table.run.event_loop import next_event
 
 BALLS = 6
 TIMES = (0.1, 0.2, 0.3, math.inf)  # few, so that many are equal

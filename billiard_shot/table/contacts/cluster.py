@@ -12,8 +12,14 @@ import numpy as np
 
 from billiard_shot.compiled import inner
 from billiard_shot.impact.beginning import Collisions, ContactProperties, NO_LIMITS, TipLimits
-from billiard_shot.impact.ending import CollisionOutcome, ContactResult, Results
-from billiard_shot.impact.kernel import Scratch, scratch, solve_collisions
+from billiard_shot.impact.kernel import (
+    CollisionOutcome,
+    ContactResult,
+    Results,
+    Scratch,
+    scratch,
+    solve_collisions,
+)
 from billiard_shot.impact.state import BodyState, PhaseLog
 from billiard_shot.numerics import rounding
 from billiard_shot.numerics.vectors import dot

@@ -15,8 +15,7 @@ from typing import Any, NamedTuple
 
 from billiard_shot.compiled import inner
 from billiard_shot.impact.beginning import ContactProperties
-from billiard_shot.impact.ending import Results
-from billiard_shot.impact.kernel import Scratch
+from billiard_shot.impact.kernel import Results, Scratch
 from billiard_shot.impact.state import BALL_BODY, BodyState, EDGE, PLANE
 from billiard_shot.numerics.vectors import dot, unit
 from billiard_shot.records import Floats

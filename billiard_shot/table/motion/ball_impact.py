@@ -15,7 +15,7 @@ from billiard_shot.table.model.motion import BallRecord
 
 # Bodies that meet more slowly [m/s] stay together. If their motion on the cloth presses them
 # together, they would meet ever more often, so they are set apart by a micrometre
-# (event_handlers.py).
+# (event_loop.py).
 MIN_APPROACH_SPEED = 1e-3
 
 

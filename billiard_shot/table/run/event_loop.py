@@ -12,36 +12,415 @@ from typing import NamedTuple
 from billiard_shot.compiled import inner
 from billiard_shot.records import Floats
 from billiard_shot.status import BUDGET_EXCEEDED, NEVER_RESTS, OFF_TABLE, OK
-from billiard_shot.table.contacts.balls import predict_collisions
+from billiard_shot.table.contacts.balls import (
+    collide_balls,
+    line_of_centres,
+    predict_boundary_event,
+    predict_collisions,
+    predict_cue,
+    relative_component,
+)
 from billiard_shot.table.contacts.cluster import conclude, solve
+from billiard_shot.table.contacts.cushion import (
+    advance_free,
+    collide_cushion,
+    direction_to,
+    next_nose,
+    normal_at,
+    press,
+    release,
+    shift_to_touch,
+)
 from billiard_shot.table.contacts.gather import gather, ImpactWorkspace, Meeting
 from billiard_shot.table.model.cue import chatters, CueRecord, THE_CUE
-from billiard_shot.table.model.geometry import BallClothParams, TableModel
+from billiard_shot.table.model.geometry import (
+    BallClothParams,
+    GATE_AUTO,
+    GATE_OFF,
+    reach_of_impact,
+    TableModel,
+)
 from billiard_shot.table.model.motion import (
     advance_ball,
+    BALL,
     BallRecord,
     BallRule,
     CLUSTER,
     CUE,
+    CUSHION,
+    energy_of,
     FLIGHT,
+    IMPACT,
+    kinetic_energy,
     LEFT_TABLE,
+    log_event,
     log_segment,
+    note_meeting,
     NOTHING,
+    OWN,
+    POCKET,
     POCKETED,
     position_at,
     RELEASE,
     REST,
+    ROLL,
+    ROLL_ON,
     Simulation,
     START,
+    stop_ball,
+    touches_another,
+    WENT_OFF,
 )
-from billiard_shot.table.run.event_handlers import (
-    handle_boundary,
-    handle_collision,
-    handle_segment_end,
-    next_event,
-    NO_CLUSTER,
-    start_next_segment,
+from billiard_shot.table.motion.ball_impact import collide_fixed, MIN_APPROACH_SPEED
+from billiard_shot.table.motion.boundaries import ARCS, FACINGS, HOLES, lands_off_table, OUTSIDE
+from billiard_shot.table.motion.cloth import (
+    NO_PLAN,
+    plan_roll,
+    resistance_rises,
+    snap_to_segment_end,
+    start_cloth_motion,
 )
+from billiard_shot.table.motion.flight import bounce, lumped_bounce_error, take_off
+
+
+@inner
+def start_segment(params: BallClothParams, ball: BallRecord, tolerance: float) -> float:
+    """
+    Find what a ball does from now on: motion, accelerations, end. Return the error made [m].
+
+    `tolerance` [m] is for leaving out small bounces.
+    """
+    for i in range(3):
+        ball.acceleration[i] = 0.0
+        ball.spin_acceleration[i] = 0.0
+    ball.spin_ends = False
+    ball.landing_speed = 0.0
+    flies, error = take_off(params, ball, tolerance)
+    if not flies:
+        start_cloth_motion(params, ball)
+    return error
+
+
+@inner
+def end_segment(params: BallClothParams, ball: BallRecord) -> None:
+    """Follow a ball's segment to its end, and make the change that ends it."""
+    advance_ball(ball, ball.end)
+    if ball.motion == FLIGHT:
+        bounce(params, ball)
+        ball.cause = OWN
+    else:
+        ball.cause = ROLL_ON if snap_to_segment_end(params, ball) else OWN
+
+
+# Bounces are lumped, if a cushion is reached meanwhile, at this share of the tolerance: a hop's
+# height changes a rebound by up to 45 / (speed times duration), and the place 2 m on by 2e4 times.
+HOP_AT_CUSHION = 5e-5
+SLOW_SEPARATION = 1e-6  # m, between bodies that met slowly: so far they are set apart
+NO_CLUSTER = -math.inf  # m, in place of the reach of an impact of several bodies
+
+
+@inner
+def apply_cloth_response(params: BallClothParams, ball: BallRecord, tolerance: float) -> float:
+    """
+    Let the cloth answer to an impact that pushed a ball into it or off it.
+
+    Hops below the tolerance [m] are skipped, together with their small cloth impulse. Return the
+    vertical speed [m/s] that is left out so.
+    """
+    ball.bounces = 0
+    ball.landing_speed = 0.0
+    up = ball.velocity[2]
+    if ball.position[2] > params.radius or up == 0.0:
+        return 0.0
+    small = (
+        params.flight_gate == GATE_AUTO and lumped_bounce_error(params, ball, abs(up)) <= tolerance
+    )
+    if small or params.flight_gate == GATE_OFF:
+        ball.velocity[2] = 0.0
+        return up if small else 0.0
+    if up < 0.0:
+        bounce(params, ball)
+        ball.bounces = 0
+    return 0.0
+
+
+@inner
+def begin_motion(table: TableModel, s: Simulation, ball: BallRecord, tolerance: float) -> float:
+    """Begin a ball's next segment, and find when it meets the table. Return the error made [m]."""
+    params = table.params
+    error = start_segment(params, ball, tolerance)
+    predict_boundary_event(table, s, ball)
+    if resistance_rises(params) and ball.motion == ROLL and ball.time >= ball.roll_until:
+        plan_roll(params, ball, table.roll_tolerance)
+        start_segment(params, ball, tolerance)
+        predict_boundary_event(table, s, ball)
+    return error
+
+
+@inner
+def go_on(table: TableModel, s: Simulation, ball: BallRecord, cause: int) -> None:
+    """
+    Begin a ball's next segment on the cloth or in the air, and find when it meets the table.
+
+    A hop that is left out changes nothing on the way, but a cushion takes a ball in the air
+    otherwise than one that lies: so if it is reached meanwhile, the hop is simulated.
+    """
+    params, n, up = table.params, table.numbers, 0.0
+    if cause not in (OWN, ROLL_ON) and (cause != START or ball.velocity[2] < 0.0):
+        up = apply_cloth_response(params, ball, n.hop_tolerance)
+    if resistance_rises(params) and (cause not in (OWN, ROLL_ON) or ball.motion != ROLL):
+        ball.roll_until = NO_PLAN
+    error = begin_motion(table, s, ball, table.tolerance)
+    share = 1.0 - params.cloth_restitution
+    if up == 0.0:
+        up = ball.landing_speed * share  # of bounces in one
+    lasting = 2.0 * abs(up) / (params.gravity * share) if up != 0.0 else 0.0
+    if up != 0.0 and ball.boundary_feature < HOLES and ball.boundary_time <= ball.time + lasting:
+        ball.velocity[2] = up
+        if up < 0.0:
+            bounce(params, ball)
+            ball.bounces = 0
+        error = begin_motion(table, s, ball, HOP_AT_CUSHION * table.tolerance)
+    if ball.first_contact == NOTHING:
+        ball.left_out += error
+
+
+@inner
+def meet_cushion(table: TableModel, s: Simulation, ball: BallRecord, feature: int) -> None:
+    """Let a ball meet a cushion; if that is not solved, note the status."""
+    if not collide_cushion(table, s.rebound, ball, feature):
+        s.progress.unsolved = BUDGET_EXCEEDED
+
+
+@inner
+def start_next_segment(table: TableModel, s: Simulation, ball: BallRecord, cause: int) -> float:
+    """
+    Begin the segment that follows an event, and find what its ball meets of the table.
+
+    Return the kinetic energy [J] that the event leaves the ball, if it presses a nose or other
+    balls: at the end of this.
+    """
+    ball.cause = cause
+    if ball.nose == IMPACT:
+        predict_boundary_event(table, s, ball)
+    else:
+        ball.impact = NOTHING  # the ball moves otherwise than its last impact knew
+        if ball.nose != NOTHING:
+            meet_cushion(table, s, ball, ball.nose)
+            press(table, s.rebound, ball)
+            ball.boundary_time, ball.boundary_feature = next_nose(table.numbers, ball)
+        elif ball.motion <= FLIGHT:
+            go_on(table, s, ball, cause)
+        else:
+            ball.boundary_time = math.inf
+    if ball.ball == 0:
+        predict_cue(table, s, ball)
+    log_segment(s, ball)
+    if ball.nose != NOTHING:
+        return kinetic_energy(table.params, ball.exit_velocity, ball.exit_spin)
+    return energy_of(table.params, ball)
+
+
+@inner
+def come_to_rest(table: TableModel, s: Simulation, ball: BallRecord) -> None:
+    """Let a ball rest that has used up its motion: it stays there, so nothing is looked for."""
+    ball.cause, ball.impact = OWN, NOTHING
+    stop_ball(ball, REST)
+    ball.boundary_time, ball.boundary_feature = math.inf, NOTHING
+    if ball.ball == 0:
+        predict_cue(table, s, ball)
+    log_segment(s, ball)
+
+
+@inner
+def handle_segment_end(table: TableModel, s: Simulation, ball: BallRecord) -> None:
+    """Let a ball's segment end by itself."""
+    motion, cause = ball.motion, OWN
+    advance_ball(ball, ball.end)
+    if ball.nose != NOTHING:
+        release(table, ball)
+        before = energy_of(table.params, ball)
+        after = start_next_segment(table, s, ball, RELEASE)
+        if ball.motion != motion:
+            log_event(s, ball.time, RELEASE, ball, NOTHING, before, after=after, motion=motion)
+        return
+    before = energy_of(table.params, ball)
+    if motion == FLIGHT and not table.numbers.endless and lands_off_table(table, ball):
+        stop_ball(ball, LEFT_TABLE)
+        cause = WENT_OFF
+    else:
+        end_segment(table.params, ball)
+        cause = ball.cause
+    after = energy_of(table.params, ball)
+    if after == 0.0 and cause == OWN:
+        come_to_rest(table, s, ball)
+    else:
+        start_next_segment(table, s, ball, cause)
+    if cause != ROLL_ON:
+        log_event(s, ball.time, cause, ball, NOTHING, before, after=after, motion=motion)
+
+
+@inner
+def separate(
+    table: TableModel, s: Simulation, ball: BallRecord, space: float, x: float, y: float, z: float
+) -> None:
+    """Shift a ball by half of a space along (x, y, z), if nothing is in its way."""
+    n, radius, shift = table.numbers, table.params.radius, 0.5 * space
+    px, py = ball.position[0] + shift * x, ball.position[1] + shift * y
+    pz = ball.position[2]
+    if pz > radius:
+        pz += shift * z
+    if abs(px) > max(n.centre_half_length, abs(ball.position[0])):
+        return
+    if abs(py) > max(n.centre_half_width, abs(ball.position[1])):
+        return
+    for i in range(len(s.balls)):
+        if i == ball.ball or s.balls[i].motion > FLIGHT:
+            continue
+        u, v, t = position_at(s.balls[i], ball.time)
+        u, v, t = px - u, py - v, pz - t
+        inside = u * u + v * v + t * t <= 4.0 * radius * radius
+        if inside and u * x + v * y + t * z < 0.0:
+            return
+    ball.position[0], ball.position[1], ball.position[2] = px, py, pz
+
+
+@inner
+def meet_edge(table: TableModel, s: Simulation, ball: BallRecord, feature: int) -> None:
+    """Let a ball that touches a nose, facing or arc collide with it, or begin to press it."""
+    n, lies = table.numbers, ball.position[2] == table.params.radius
+    ball.last_edge = ball.time
+    if feature < FACINGS:
+        ball.cushions += 1
+    elif feature >= ARCS and ball.first_contact == NOTHING:
+        ball.jaws += 1
+    p, q, shift = shift_to_touch(table, ball, feature, ball.position[2])
+    x, y, z = normal_at(table, ball, feature)
+    approach = -(ball.velocity[0] * x + ball.velocity[1] * y + ball.velocity[2] * z)
+    slow = approach <= MIN_APPROACH_SPEED
+    # In the edge by rounding, or pressed in by its motion, or another ball ended its contact.
+    if lies and (slow or abs(shift) <= SLOW_SEPARATION):
+        ball.position[0] += p
+        ball.position[1] += q
+    if slow:
+        x, y, z = direction_to(table, ball, feature)  # also if it flies, and is in the edge
+        approach = -(ball.velocity[0] * x + ball.velocity[1] * y + ball.velocity[2] * z)
+        if approach > 0.0:  # else an impact, which ends here, lets the ball leave the edge
+            collide_fixed(table.params, ball, x, y, z, 0.0, friction=n.cushion_friction)
+            if lies:
+                ball.velocity[2] = 0.0  # the cloth holds it
+        separate(table, s, ball, 2.0 * SLOW_SEPARATION, x, y, z=0.0)
+    elif feature < FACINGS and n.cushion_duration > 0.0:
+        ball.nose = feature
+    else:
+        meet_cushion(table, s, ball, feature)
+        for i in range(3):
+            ball.velocity[i], ball.spin[i] = ball.exit_velocity[i], ball.exit_spin[i]
+
+
+@inner
+def is_cluster(
+    table: TableModel, s: Simulation, i: int, j: int, time: float, reach: float
+) -> bool:
+    """Whether either of two balls that meet is within reach of another one."""
+    distance = 2.0 * table.params.radius + reach
+    return touches_another(s, i, j, time, distance) or touches_another(s, j, i, time, distance)
+
+
+@inner
+def impact_reach(
+    table: TableModel, a: BallRecord, b: BallRecord, x: float, y: float, z: float, approach: float
+) -> float:
+    """Distance [m] up to which balls take part in an impact of balls that meet along (x, y, z)."""
+    n, along = table.numbers, 0.0
+    for ball in (a, b):
+        v = ball.velocity
+        normal = x * v[0] + y * v[1] + z * v[2]
+        square = v[0] * v[0] + v[1] * v[1] + v[2] * v[2] - normal * normal
+        along = max(along, math.sqrt(max(square, 0.0)))
+    return reach_of_impact(n.contact_gap, n.ball_duration, table.params.exponent, approach, along)
+
+
+@inner
+def handle_boundary(table: TableModel, s: Simulation, ball: BallRecord) -> None:
+    """Let a ball meet something of the table."""
+    params, feature, cause = table.params, ball.boundary_feature, CUSHION
+    advance_free(table, ball, ball.boundary_time)
+    before, motion = energy_of(params, ball), ball.motion
+    if feature == OUTSIDE:
+        cause, feature = WENT_OFF, NOTHING
+        stop_ball(ball, LEFT_TABLE)
+    elif feature >= HOLES:
+        cause, feature = POCKET, feature - HOLES
+        ball.pocket = feature
+        stop_ball(ball, POCKETED)
+    else:
+        meet_edge(table, s, ball, feature)
+    after = start_next_segment(table, s, ball, cause)
+    log_event(s, ball.time, cause, ball, feature, before, after=after, motion=motion)
+
+
+@inner
+def handle_collision(table: TableModel, s: Simulation, i: int, j: int, time: float) -> float:
+    """
+    Let two balls meet.
+
+    Return NO_CLUSTER; or, if others take part, the distance up to which they do [m], and leave the
+    impact to cluster.py.
+    """
+    params, a, b = table.params, s.balls[i], s.balls[j]
+    advance_free(table, a, time)
+    advance_free(table, b, time)
+    before, motion = energy_of(params, a) + energy_of(params, b), a.motion
+    x, y, z, distance = line_of_centres(a, b)
+    approach = -relative_component(a.velocity, b.velocity, x, y, z)
+    slow = approach <= MIN_APPROACH_SPEED
+    if not slow:
+        reach = impact_reach(table, a, b, x, y, z, approach=approach)
+        if is_cluster(table, s, i, j, time, reach):
+            return reach
+    if approach > 0.0:  # else they part: one has just left another impact
+        collide_balls(params, table.numbers, a, b, 0.0 if slow else table.numbers.ball_restitution)
+    if slow:
+        space = SLOW_SEPARATION - distance + 2.0 * params.radius
+        separate(table, s, a, space, x, y, z=z)
+        separate(table, s, b, space, -x, -y, z=-z)
+    if a.first_contact == NOTHING:
+        a.first_contact = j
+    if b.first_contact == NOTHING:
+        b.first_contact = i
+    note_meeting(s, i, j, time)
+    after = start_next_segment(table, s, a, BALL) + start_next_segment(table, s, b, BALL)
+    log_event(s, time, BALL, a, j, before, after=after, motion=motion)
+    return NO_CLUSTER
+
+
+@inner
+def next_event(s: Simulation) -> tuple[float, int, int]:
+    """
+    When something happens next, and to which ball.
+
+    And with what: with another ball, something of the table (then the ball itself), THE_CUE, or
+    NOTHING.
+    """
+    time, ball, other = math.inf, NOTHING, NOTHING
+    count = len(s.balls)
+    for i in range(count):
+        end = s.balls[i].end
+        if end < time:
+            time, ball = end, i
+    for i in range(count):
+        end = s.balls[i].boundary_time
+        if end < time:
+            time, ball, other = end, i, i
+    for i in range(count):
+        end = s.balls[i].meeting_time
+        if end < time:
+            time, ball, other = end, i, s.balls[i].meets
+    if s.cue.meeting_time < time:
+        time, ball, other = s.cue.meeting_time, 0, THE_CUE
+    return time, ball, other
+
 
 PLACED = -math.inf  # s, in place of the end of a run: cues are placed, and nothing is simulated
 

@@ -1,31 +1,110 @@
-"""`billiard-shot study effects`: cost and influence of each effect in a shot or a scene."""
+"""`billiard-shot study STUDY`: what accuracy and effects cost in a scene, to choose them."""
 
 import argparse
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 import math
 from pathlib import Path
 from typing import Any
 
 from billiard_shot import Scene
-from billiard_shot.cli.options import option
+from billiard_shot.cli.options import Command, option
 from billiard_shot.cli.output import (
     Column,
     OfFormat,
     print_footer,
     print_rows,
+    progress,
     reporting,
     wants_text,
 )
-from billiard_shot.cli.shots import OfUsualScene, scene_name
-from billiard_shot.cli.stroke_options import STROKE_OPTIONS, strokes_from_options, strokes_given
-from billiard_shot.pictures.study import draw_effects
+from billiard_shot.cli.shots import (
+    OfUsualScene,
+    scene_name,
+    STROKE_OPTIONS,
+    strokes_from_options,
+    strokes_given,
+)
+from billiard_shot.pictures.study import draw_accuracy, draw_effects
 from billiard_shot.scene.fields import whole_number
-from billiard_shot.study import comparison_count, EffectStudy, sample_strokes, study_effects
+from billiard_shot.study import (
+    comparison_count,
+    cost_of_accuracy,
+    EffectStudy,
+    sample_strokes,
+    SHOT_TOLERANCES,
+    study_accuracy,
+    study_effects,
+)
 from billiard_shot.table.run.results import plural
 
 
+def length(metres: float) -> str:
+    """Text of a length, in mm down to 0.1 mm, then in um or nm."""
+    for unit, name in ((1e-3, 'mm'), (1e-6, 'um'), (1e-9, 'nm')):
+        if metres >= 0.0999 * unit:
+            return f'{metres / unit:.2g} {name}'
+    return f'{metres / 1e-9:.1g} nm'
+
+
+def duration(seconds: float) -> str:
+    """Text of a duration."""
+    return f'{1e6 * seconds:.0f} us' if seconds < 1e-3 else f'{1e3 * seconds:.3g} ms'
+
+
+TOLERANCE_COLUMNS = (
+    Column('tolerance', 'tolerance', '', length),
+    Column('typical_error', 'typical', 'error', length),
+    Column('largest_error', 'largest', 'error', length),
+    Column('strike', 'strike', '', duration),
+    Column('alone', 'shot', 'alone', duration),
+    Column('shot', 'shot', 'all balls', duration),
+)
+
+
 @dataclass(frozen=True)
-class OfStudy:
+class OfAccuracyStudy:
+    """
+    The picture, and the number of strokes.
+
+    Parameters
+    ----------
+    picture : FILE.png
+        Draw errors and times.
+    count : N
+        Number of random strokes (default: %(default)d).
+
+    """
+
+    picture: Path | None = None
+    count: int = whole_number(minimum=1, default=100)
+
+
+def run_accuracy(options: argparse.Namespace) -> int:
+    """Compare tolerances, to choose one: measure, print, draw."""
+    name = scene_name(options)
+    scene = Scene.load(name)
+    studied = list(
+        progress(study_accuracy(scene, count=options.count), 'accuracy', len(SHOT_TOLERANCES))
+    )
+    if wants_text(options):
+        print(f'scene {name}, {options.count} random strokes')
+    print_rows(TOLERANCE_COLUMNS, [asdict(each) for each in studied], options)
+    print_footer(
+        f'Result: {cost_of_accuracy(studied)}. Errors are those of the place of rest of the cue '
+        'ball without the other balls. Processor times are those of a strike on endless cloth, of '
+        'a shot without the other balls, and of a shot with all balls.',
+        options,
+    )
+    if options.picture:
+        draw_accuracy(studied, options.picture, f'scene {name}')
+    return 0
+
+
+accuracy = Command((OfUsualScene('eight_ball'), OfAccuracyStudy(), OfFormat()), run_accuracy)
+
+
+@dataclass(frozen=True)
+class OfEffectsStudy:
     """
     Tolerance, number of strokes, and picture.
 
@@ -45,10 +124,7 @@ class OfStudy:
     picture: Path | None = None
 
 
-OPTIONS = OfUsualScene('pool'), OfStudy(), *STROKE_OPTIONS, OfFormat()
-
-
-def run(options: argparse.Namespace) -> int:
+def run_effects(options: argparse.Namespace) -> int:
     """Measure, print, draw."""
     name = scene_name(options)
     scene = Scene.load(name)
@@ -148,4 +224,8 @@ MANY = (
     Column('direction_change', 'turn', '(°)', _degrees),
     Column('direction_change_largest', 'largest', '(°)', _degrees),
     Column('simulated_if'),
+)
+
+effects = Command(
+    (OfUsualScene('pool'), OfEffectsStudy(), *STROKE_OPTIONS, OfFormat()), run_effects
 )

@@ -1,1 +1,0 @@
-"""Commands about bundled scenes and scene files, a module a command."""

@@ -1,1 +1,0 @@
-"""`billiard-shot study STUDY`: what accuracy and effects cost in a scene."""
