@@ -18,7 +18,7 @@ from billiard_shot import Scene
 from billiard_shot.compiler.build import PAGES
 from billiard_shot.embed.scenes import core_folder, export_scene, packed_scene
 from billiard_shot.shot.stroke import vectors_of
-from billiard_shot.table.run.play_tables import play_tables
+from billiard_shot.table.run.task import play_tables
 
 NODE = shutil.which('node')
 SIZE = 100.0  # kB of WebAssembly, compressed

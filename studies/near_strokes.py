@@ -49,7 +49,9 @@ def _on_table(scene: Scene, draw: np.random.Generator) -> tuple[float, float]:
     """Draw a place on the table, near a cushion in most cases (x, y) [m]."""
     if scene.table is None:
         return 0.0, 0.0
-    standoff = nose_standoff(scene.table.cushion, scene.ball.radius)
+    standoff = nose_standoff(
+        2.0 * scene.ball.radius * scene.table.cushion.height, scene.ball.radius
+    )
     most = 0.5 * np.array([scene.table.length, scene.table.width]) - standoff
     place = draw.uniform(-most, most)
     if draw.random() < AT_CUSHION:

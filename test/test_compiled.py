@@ -9,7 +9,7 @@ import pytest
 from billiard_shot import machine_code, predict_within_noise, Scene
 from billiard_shot.compiled import argument_table, Run
 from billiard_shot.records import ROWS
-from billiard_shot.table.run.play_tables import play_tables
+from billiard_shot.table.run.task import play_tables
 
 pytestmark = pytest.mark.skipif(not machine_code.is_loaded(), reason='needs the library')
 

@@ -327,7 +327,7 @@ def apart(scene: Scene, places: Floats) -> Floats:
             places[:, i] -= push * between
             places[:, j] += push * between
         if scene.table is not None and not scene.table.pockets:
-            nose = nose_standoff(scene.table.cushion, scene.ball.radius) + GAP
+            nose = nose_standoff(diameter * scene.table.cushion.height, scene.ball.radius) + GAP
             half = np.array([scene.table.length, scene.table.width]) / 2.0 - nose
             places = np.clip(places, -half, half)
     return places

@@ -102,7 +102,7 @@ except ImportError:  # Windows: two processes may build the same, which harms no
 
 ENTRIES = (
     'billiard_shot.impact.kernel:solve_collisions',
-    'billiard_shot.table.run.play_tables:play_tables',
+    'billiard_shot.table.run.task:play_tables',
     'billiard_shot.planning.score:measure_tables',
     'billiard_shot.planning.direct_shots:find_direct_shots',
     'billiard_shot.planning.shots:count_open_pockets',

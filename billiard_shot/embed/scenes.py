@@ -31,9 +31,8 @@ from billiard_shot.table.contacts.cluster import room_for
 from billiard_shot.table.model.motion import room_for_simulation
 from billiard_shot.table.motion.boundaries import HOLES
 from billiard_shot.table.run.layout import layout_of
-from billiard_shot.table.run.play_tables import play_tables
 from billiard_shot.table.run.results import cushion_name, POCKET_NAMES
-from billiard_shot.table.run.task import CAPACITY, packed
+from billiard_shot.table.run.task import CAPACITY, packed, play_tables
 
 
 def plain(value: Any) -> Any:

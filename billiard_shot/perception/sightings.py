@@ -286,7 +286,9 @@ def _in_bed(places: Array, deviations: Array, scene: Scene) -> Iterator[Limit]:
     """Limits that keep balls out of cushions which they may touch; not in mouths of pockets."""
     if scene.table is None:
         return
-    standoff = nose_standoff(scene.table.cushion, scene.ball.radius)
+    standoff = nose_standoff(
+        2.0 * scene.ball.radius * scene.table.cushion.height, scene.ball.radius
+    )
     half = 0.5 * scene.table.length - standoff, 0.5 * scene.table.width - standoff
     for i, axis, sign in product(range(len(places)), (0, 1), (-1.0, 1.0)):
         x, y = places[i].tolist()

@@ -72,13 +72,14 @@ def in_hand(scene: Any, others: Mapping[str, tuple[float, float]]) -> tuple[floa
     return next((x, y) for y in tried if not no_place(None, x, y, radius, others))
 
 
-def nose_standoff(cushion: Any, radius: float) -> float:
+def nose_standoff(height: float, radius: float) -> float:
     """
     Return the horizontal distance of the centre of a ball on the cloth from a nose it touches [m].
 
-    A nose is higher than the centre of the ball, so the distance is below a radius.
+    A nose, at its height [m], is above the centre of the ball, so the distance is below a radius.
     """
-    return 2.0 * radius * math.sqrt(cushion.height * (1.0 - cushion.height))
+    above = height - radius
+    return math.sqrt(radius * radius - above * above)
 
 
 def no_place(
@@ -101,7 +102,7 @@ def no_place(
             return why
     if table is None:
         return ''
-    standoff = nose_standoff(table.cushion, radius) - pressed
+    standoff = nose_standoff(2.0 * radius * table.cushion.height, radius) - pressed
     beyond = abs(x) - 0.5 * table.length, abs(y) - 0.5 * table.width
     # Distance of the ball from the mouth of the pocket, outwards, and from its middle, sideways.
     corner = (beyond[0] + beyond[1] + table.corner.mouth * math.sqrt(0.5)) * math.sqrt(0.5)

@@ -5,7 +5,7 @@ import pytest
 
 from billiard_shot import machine_code, predict, Scene, Stroke
 from billiard_shot.embed.scenes import packed_scene
-from billiard_shot.table.run.play_tables import play_tables
+from billiard_shot.table.run.task import play_tables
 
 
 @pytest.mark.skipif(not machine_code.is_loaded(), reason='needs machine code')

@@ -9,6 +9,7 @@ from billiard_shot.impact.options import LAWS
 from billiard_shot.records import OBJECTS, Storage
 from billiard_shot.scene import Scene
 from billiard_shot.scene.equipment import Pocket
+from billiard_shot.scene.placement import nose_standoff
 from billiard_shot.table.contacts.cushion_models import CUSHION_MODELS, HAN, room_for_rebounds
 from billiard_shot.table.model.cue import CueParams, NO_CUE
 from billiard_shot.table.model.geometry import (
@@ -110,7 +111,7 @@ def lay_out(
     """
     numbers: list[TableNumbers] = storage.records(TableNumbers, 1)
     n = numbers[0]
-    standoff = _standoff(table, params.radius)
+    standoff = nose_standoff(table.nose_height, params.radius)
     n.endless = table.length == math.inf
     n.nose_standoff = standoff
     n.centre_half_length = 0.5 * table.length - standoff
@@ -157,7 +158,7 @@ def edges_of(
             place_jaw(table, other, mouth, (-half, sy * y), (1.0, 0.0), (0.0, sy))
             pocket.hole_x, pocket.hole_y = 0.0, sy * (y + table.side_hole[0])
             pocket.hole_radius = table.side_hole[1]
-        bound_pocket(pocket, (one, other), _standoff(table, radius))
+        bound_pocket(pocket, (one, other), nose_standoff(table.nose_height, radius))
         if table.pocket_gate == GATE_ON:
             pocket.bounds_half_length, pocket.bounds_half_width = math.inf, math.inf
     return jaws, pockets
@@ -204,8 +205,3 @@ def layout_of(params: BallClothParams, table: TableParams, cue: CueParams = NO_C
     """Lay out a table for those who look at it, but simulate nothing."""
     layout = lay_out(OBJECTS, params, table, cue=cue)
     return TableModel(layout.params, layout.numbers[0], *layout[2:])
-
-
-def _standoff(table: TableParams, radius: float) -> float:
-    above = table.nose_height - radius
-    return math.sqrt(radius * radius - above * above)
