@@ -211,7 +211,7 @@ def test_the_command_names_the_folder(capsys):
 def test_the_command_says_why_nothing_is_compiled(
     monkeypatch, capsys, tmp_path, variables, reason
 ):
-    """And leaves nothing of the environment of its own that it makes without build."""
+    """And leaves nothing of the environment of its own that it makes without tools."""
     from billiard_shot.cli import main
 
     monkeypatch.setenv('BILLIARD_SHOT_CACHE', str(tmp_path))

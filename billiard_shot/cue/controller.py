@@ -46,8 +46,7 @@ from billiard_shot.cue.safety import (
     SafetyEvent,
     SafetyState,
 )
-from billiard_shot.perception.sightings import Balls
-from billiard_shot.perception.tracker import Heartbeat, TableWatch
+from billiard_shot.perception.sightings import Balls, Heartbeat, TableWatch
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene
 from billiard_shot.scene.errors import must_be

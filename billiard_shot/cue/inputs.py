@@ -19,7 +19,7 @@ from billiard_shot.cue.mechanism import STROKE
 from billiard_shot.cue.model import forward_kinematics, TipPose
 from billiard_shot.cue.plan import GoalOutcome, PreparedShot, RefusedError
 from billiard_shot.cue.safety import LATCHED_STATES, SafetyState
-from billiard_shot.perception.tracker import Heartbeat, TableSettings
+from billiard_shot.perception.sightings import Heartbeat, TableSettings
 from billiard_shot.records import Array
 from billiard_shot.scene.fields import number
 
