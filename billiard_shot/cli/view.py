@@ -17,7 +17,7 @@ from billiard_shot.cli.shots import (
     site_of,
     title_of,
 )
-from billiard_shot.pictures.video import image_times, require_encoder, write_video
+from billiard_shot.pictures.table import image_times, require_encoder, write_video
 from billiard_shot.pictures.view import write_page
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from billiard_shot.film.film import FilmResult, Shot
 from billiard_shot.film.lens import Bytes, Camera, Floats
 from billiard_shot.film.tracks import rows_of
-from billiard_shot.pictures.canvas import ball_colour
+from billiard_shot.pictures.colours import ball_colour
 from billiard_shot.pictures.view import write_text
 
 WIDEST, QUALITY = 1280, 80

@@ -2,17 +2,21 @@
 
 import gymnasium
 
-from billiard_shot.gym.actions import action_of, strokes_of
-from billiard_shot.gym.eight_ball import EightBallEnv
-from billiard_shot.gym.practice import PracticeEnv, PracticeVectorEnv
+from billiard_shot.gym.environments import (
+    action_of,
+    EightBallEnv,
+    PracticeEnv,
+    PracticeVectorEnv,
+    strokes_of,
+)
 
 __all__ = ['EightBallEnv', 'PracticeEnv', 'PracticeVectorEnv', 'action_of', 'strokes_of']
 
 gymnasium.register(
     'BilliardShot/Practice-v0',
-    entry_point='billiard_shot.gym.practice:PracticeEnv',
-    vector_entry_point='billiard_shot.gym.practice:PracticeVectorEnv',
+    entry_point='billiard_shot.gym.environments:PracticeEnv',
+    vector_entry_point='billiard_shot.gym.environments:PracticeVectorEnv',
 )
 gymnasium.register(
-    'BilliardShot/EightBall-v0', entry_point='billiard_shot.gym.eight_ball:EightBallEnv'
+    'BilliardShot/EightBall-v0', entry_point='billiard_shot.gym.environments:EightBallEnv'
 )

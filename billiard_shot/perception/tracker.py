@@ -29,11 +29,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from billiard_shot.perception.sightings import (
-    MAX_BALLS,
-    MAX_DEVIATION,
-    Sighting,
-)
+from billiard_shot.perception.gate import MAX_BALLS, MAX_DEVIATION
+from billiard_shot.perception.sightings import Sighting
 from billiard_shot.records import Array
 from billiard_shot.scene.fields import check, number, whole_number
 from billiard_shot.scene.placement import Place

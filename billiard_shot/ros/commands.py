@@ -15,7 +15,8 @@ from rclpy.time import Time
 from std_msgs.msg import Header
 from trajectory_msgs.msg import JointTrajectory as JointTrajectoryMessage
 
-from billiard_shot.cue.inputs import Command, steady_time
+from billiard_shot.cue.controller import Command
+from billiard_shot.cue.inputs import steady_time
 from billiard_shot.cue.joint_trajectory import braked, excerpt, JointTrajectory
 from billiard_shot.records import Array
 from billiard_shot.ros import cue_conversions as conversions

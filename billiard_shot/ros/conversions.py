@@ -20,17 +20,8 @@ from numpy.typing import NDArray
 from std_msgs.msg import Header
 
 from billiard_shot import effects_of, Scene, Shot, Stroke, Trajectory
-from billiard_shot.perception.sightings import (
-    Balls,
-    check_count,
-    check_name,
-    check_position,
-    check_quaternion,
-    check_systematic_error,
-    plane_covariance,
-    positions_of,
-    Sighting,
-)
+from billiard_shot.perception import gate
+from billiard_shot.perception.sightings import Balls, positions_of, Sighting
 from billiard_shot.records import Array, Triple
 from billiard_shot.ros.parameters import MAX_SAMPLES
 from billiard_shot.scene.errors import InputError
@@ -73,7 +64,7 @@ def stroke_of(pose: Pose, speed: float, ball: Triple) -> Stroke:
     if not 0.0 < speed < math.inf:
         raise BadStrokeError(f'speed must be finite and above 0 m/s, got {speed}')
     try:
-        check_quaternion('orientation', quaternion)
+        gate.check_quaternion('orientation', quaternion)
         return Stroke.from_pose(position, quaternion, speed, ball=ball)
     except (ValueError, ArithmeticError) as error:
         raise BadStrokeError(f'cue_pose, speed: {error}') from error
@@ -150,11 +141,11 @@ def sightings_of(
 
     Their names and numbers must pass the gate (billiard_shot.perception.sightings).
     """
-    check_count(field, balls)
+    gate.check_count(field, balls)
     sightings: dict[str, Sighting] = {}
     names = set()
     for ball in balls:
-        check_name(f'{field}: id', ball.id)
+        gate.check_name(f'{field}: id', ball.id)
         if ball.id in names:
             raise ValueError(f'{field}: {ball.id!r} occurs twice; each name must occur only once')
         names.add(ball.id)
@@ -164,11 +155,13 @@ def sightings_of(
             raise ValueError(f'{field}: state of {ball.id!r} must be 0, 1 or 2, got {ball.state}')
         is_seen = ball.state == BallState.ON_TABLE
         where = f'{field}: ball {ball.id!r}'
-        check_position(f'{where}: position', xyz(ball.position))
-        check_systematic_error(f'{where}: systematic_error', ball.systematic_error)
+        gate.check_position(f'{where}: position', xyz(ball.position))
+        gate.check_systematic_error(f'{where}: systematic_error', ball.systematic_error)
         sightings[ball.id] = Sighting(
             (ball.position.x, ball.position.y),
-            plane_covariance(f'{where}: position_covariance', ball.position_covariance.tolist()),
+            gate.plane_covariance(
+                f'{where}: position_covariance', ball.position_covariance.tolist()
+            ),
             is_seen=is_seen,
             is_moving=ball.moving,
             time=seconds(ball.last_seen) or (seconds(stamp) if stamp and is_seen else 0.0),
@@ -362,7 +355,7 @@ def _doubles(values: Array) -> 'array[float]':
 def _resting(field: str, point: Point, radius: float) -> Triple:
     """Centre of a ball on the cloth [m], of which x, y and perhaps a measured height are given."""
     x, y, z = xyz(point)
-    check_position(field, (x, y, z))
+    gate.check_position(field, (x, y, z))
     if z != 0.0 and not abs(z - radius) <= HEIGHT_ERROR:
         raise ValueError(
             f'{field}.z must be 0, for a ball on the cloth, or within {1e3 * HEIGHT_ERROR:g} mm '

@@ -19,11 +19,11 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from billiard_shot import Scene, Stroke
 from billiard_shot.cue import joint_trajectory
-from billiard_shot.cue.controller import Controller
-from billiard_shot.cue.inputs import MeasuredStrike, Result
+from billiard_shot.cue.controller import Controller, MeasuredStrike, Result
 from billiard_shot.cue.plan import GoalOutcome, RefusedError, ShotPlan, tip_at
 from billiard_shot.cue.safety import SafetyState
-from billiard_shot.perception.sightings import Balls, check_name, check_position, check_quaternion
+from billiard_shot.perception import gate
+from billiard_shot.perception.sightings import Balls
 from billiard_shot.records import Array
 from billiard_shot.ros.conversions import (
     ball_message,
@@ -66,7 +66,7 @@ def shot_plan_of(message: Plan, frame: str) -> ShotPlan:
     """Read a plan in the frame `frame`; RefusedError (INVALID_PLAN) if it is invalid."""
     try:
         check_frame('plan.header.frame_id', message.header, frame)
-        check_name('plan.shot_id', message.shot_id)
+        gate.check_name('plan.shot_id', message.shot_id)
         balls = sightings_of(message.balls, field='plan.balls')
         pose = checked_pose('plan.cue_pose', message.cue_pose)
     except ValueError as error:
@@ -100,7 +100,7 @@ def measured_stroke(strike: Strike, ball: tuple[float, float, float]) -> Stroke:
 
     The tip is moved back along its axis, because the measured position may lie inside the ball.
     """
-    check_name('shot_id', strike.shot_id)
+    gate.check_name('shot_id', strike.shot_id)
     position, quaternion = checked_pose('cue_pose', strike.cue_pose)
     along = np.array(Stroke.from_pose(position, quaternion, 1.0, ball).velocity)
     x, y, z = (np.array(position) - RUN_UP * along).tolist()
@@ -212,8 +212,8 @@ def checked_pose(
 ) -> tuple[tuple[float, float, float], tuple[float, float, float, float]]:
     """Read the position [m] and the quaternion x y z w of a pose."""
     position, quaternion = xyz(pose.position), xyzw(pose.orientation)
-    check_position(f'{field}.position', position)
-    check_quaternion(f'{field}.orientation', quaternion)
+    gate.check_position(f'{field}.position', position)
+    gate.check_quaternion(f'{field}.orientation', quaternion)
     return position, quaternion
 
 

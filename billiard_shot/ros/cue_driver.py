@@ -18,17 +18,8 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Bool, Float64, Header
 from std_srvs.srv import Trigger
 
-from billiard_shot.cue.controller import Controller
-from billiard_shot.cue.inputs import (
-    Command,
-    JointFeedback,
-    MeasuredStrike,
-    read_latched,
-    Result,
-    Settings,
-    steady_time,
-    write_latched,
-)
+from billiard_shot.cue.controller import Command, Controller, MeasuredStrike, Result, Settings
+from billiard_shot.cue.inputs import JointFeedback, read_latched, steady_time, write_latched
 from billiard_shot.cue.mechanism import INCLINE, Mechanism
 from billiard_shot.cue.model import elevation_joint
 from billiard_shot.cue.plan import GoalOutcome, RefusedError

@@ -11,7 +11,7 @@ from rclpy.time import Time
 from sensor_msgs.msg import JointState
 from trajectory_msgs.msg import JointTrajectory as JointTrajectoryMessage
 
-from billiard_shot.cue.inputs import LATEST_STOP, MIN_DURATION
+from billiard_shot.cue.controller import LATEST_STOP, MIN_DURATION
 from billiard_shot.cue.joint_trajectory import JointTrajectory
 from billiard_shot.cue.mechanism import Mechanism
 from billiard_shot.cue.model import home

@@ -13,13 +13,8 @@ from std_msgs.msg import Header
 import yaml
 
 from billiard_shot import PlanResult, Scene
-from billiard_shot.perception.sightings import (
-    Balls,
-    check_count,
-    check_name,
-    largest_deviation,
-    Sighting,
-)
+from billiard_shot.perception import gate
+from billiard_shot.perception.sightings import Balls, largest_deviation, Sighting
 from billiard_shot.planning import targets
 from billiard_shot.planning.problem import Target as PlanTarget
 from billiard_shot.planning.result import RankedStroke
@@ -81,9 +76,9 @@ def plan_request_of(
     of_balls = {name: list(getattr(goal, name)) for name in ('keep', 'first_contact')}
     of_target = {f'target.{name}': getattr(goal.target, name) for name in ('balls', 'pockets')}
     for name, names in (of_balls | of_target).items():
-        check_count(name, names)
+        gate.check_count(name, names)
         for each in names:
-            check_name(name, each)
+            gate.check_name(name, each)
     scene = default.scene
     balls: Balls = {}
     if goal.balls:

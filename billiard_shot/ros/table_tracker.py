@@ -22,15 +22,8 @@ from rclpy.serialization import deserialize_message
 from std_srvs.srv import Trigger
 
 from billiard_shot.impact.collide import rotation_matrix
-from billiard_shot.perception.sightings import (
-    check_count,
-    check_name,
-    check_position,
-    check_quaternion,
-    MAX_BALLS,
-    MAX_DEVIATION,
-    plane_covariance,
-)
+from billiard_shot.perception import gate
+from billiard_shot.perception.gate import MAX_DEVIATION
 from billiard_shot.perception.tracker import BallTracker, Detection, TrackerSettings
 from billiard_shot.records import Array
 from billiard_shot.ros import parameters
@@ -120,7 +113,7 @@ class Frames:
                     f'got {apart:.3g} s'
                 )
             turn = xyzw(step.transform.rotation)
-            check_quaternion(f'the rotation of the transform of {frame!r}', turn)
+            gate.check_quaternion(f'the rotation of the transform of {frame!r}', turn)
             r = rotation_matrix(np.array(turn) / math.hypot(*turn))
             rotation, translation = r @ rotation, r @ translation + xyz(step.transform.translation)
             frame = step.header.frame_id
@@ -139,12 +132,12 @@ def class_names_of(entries: Sequence[str]) -> dict[str, str]:
     names = {}
     for entry in entries:
         found = CLASS.fullmatch(entry)
-        most = 1 if found and found['name'] == CUE_BALL else MAX_BALLS
+        most = 1 if found and found['name'] == CUE_BALL else gate.MAX_BALLS
         if not found or int(found['count'] or 1) > most:
             allowed = f"such as '8', 'white=cue' or 'solid*7', with at most {most} balls"
             raise ValueError(f'class_names {must_be(allowed, entry)}')
         names[found['class_id'] or found['name']] = found['name']
-        check_name('class_names', f'{found["name"]}_{MAX_BALLS}')  # the longest name
+        gate.check_name('class_names', f'{found["name"]}_{gate.MAX_BALLS}')  # the longest name
     return names
 
 
@@ -185,7 +178,7 @@ def detected_balls(
             found.append((each, best))
         else:
             ignored.append(f'class_id {must_be("in class_names", best.hypothesis.class_id)}')
-    check_count('detections of balls', found)
+    gate.check_count('detections of balls', found)
     balls = []
     for each, best in found:
         name, centre = names[best.hypothesis.class_id], best.pose.pose.position
@@ -196,8 +189,8 @@ def detected_balls(
             place = (rotation @ xyz(centre) + translation).tolist()
             turned = (rotation @ noise[:3, :3] @ rotation.T).ravel().tolist()
         try:
-            check_position(f'position of {name!r}', place)
-            xx, xy, yy = plane_covariance(f'covariance of {name!r}', turned)
+            gate.check_position(f'position of {name!r}', place)
+            xx, xy, yy = gate.plane_covariance(f'covariance of {name!r}', turned)
         except ValueError as error:
             ignored.append(str(error))
             continue

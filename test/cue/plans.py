@@ -8,8 +8,7 @@ from hypothesis import strategies as st
 import numpy as np
 
 from billiard_shot import Scene, Stroke
-from billiard_shot.cue.controller import Controller
-from billiard_shot.cue.inputs import Result, Settings
+from billiard_shot.cue.controller import Controller, Result, Settings
 from billiard_shot.cue.mechanism import Mechanism
 from billiard_shot.cue.model import TipPose
 from billiard_shot.cue.plan import ShotPlan

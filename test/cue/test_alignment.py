@@ -8,7 +8,7 @@ from plans import contact_of, MECHANISM, plan_of, random_shot, SCENE, sightings
 import pytest
 
 from billiard_shot import lowest_elevation, Scene, Stroke
-from billiard_shot.cue.inputs import StrikeDetector
+from billiard_shot.cue.controller import StrikeDetector
 from billiard_shot.cue.mechanism import Alignment, INCLINE, STROKE
 from billiard_shot.cue.model import forward_kinematics, home
 from billiard_shot.cue.plan import (

@@ -14,8 +14,7 @@ import numpy as np
 from plans import HOME, MECHANISM, plan_of, SCENE, sightings
 import pytest
 
-from billiard_shot.cue.controller import Controller, RECOVERY
-from billiard_shot.cue.inputs import Settings
+from billiard_shot.cue.controller import Controller, RECOVERY, Settings
 from billiard_shot.cue.mechanism import STROKE
 from billiard_shot.cue.plan import RefusedError
 from billiard_shot.cue.safety import MOVING, SafetyState

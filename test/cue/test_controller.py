@@ -7,7 +7,7 @@ import numpy as np
 from plans import Bench, contact_of, MECHANISM, SCENE, SHOTS
 import pytest
 
-from billiard_shot.cue.inputs import Settings
+from billiard_shot.cue.controller import Settings
 from billiard_shot.cue.mechanism import INCLINE, STROKE
 from billiard_shot.cue.plan import GoalOutcome, RefusedError
 from billiard_shot.cue.safety import SafetyState

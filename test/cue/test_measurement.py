@@ -6,7 +6,7 @@ import numpy as np
 from plans import HOME, MECHANISM
 import pytest
 
-from billiard_shot.cue.inputs import StrikeDetector
+from billiard_shot.cue.controller import StrikeDetector
 from billiard_shot.cue.joint_trajectory import stroke_trajectory, StrokeProfile
 from billiard_shot.cue.mechanism import STROKE
 from billiard_shot.cue.simulated import Imperfections, SimulatedMechanism

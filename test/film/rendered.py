@@ -16,7 +16,7 @@ import cv2
 import numpy as np
 
 from billiard_shot import BallState, Scene, simulate
-from billiard_shot.pictures.canvas import ball_colour, is_striped
+from billiard_shot.pictures.colours import ball_colour, is_striped
 from billiard_shot.table.run.outline import outline_of
 
 LAMPS = np.array([[-0.6, 0.1, 1.1], [0.7, -0.1, 1.2]])  # m, above the table

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 import numpy as np
 import pytest
 
-from billiard_shot.perception.sightings import (
+from billiard_shot.perception.gate import (
     check_count,
     check_name,
     check_position,

@@ -8,14 +8,8 @@ from hypothesis import strategies as st
 import numpy as np
 import pytest
 
-from billiard_shot.perception.sightings import (
-    largest_deviation,
-    moved,
-    Sighting,
-)
-from billiard_shot.perception.sightings import (
-    uncertain as is_uncertain,
-)
+from billiard_shot.perception.sightings import largest_deviation, moved, Sighting
+from billiard_shot.perception.sightings import uncertain as is_uncertain
 
 TOLERANCE = 1e-3
 

@@ -5,7 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from billiard_shot.perception.sightings import MAX_BALLS, moved
+from billiard_shot.perception.gate import MAX_BALLS
+from billiard_shot.perception.sightings import moved
 from billiard_shot.perception.tracker import BallTracker, Detection, TrackerSettings
 
 RADIUS = 0.0286

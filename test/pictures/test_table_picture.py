@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from billiard_shot import BallState, predict, Scene, simulate, Stroke
-from billiard_shot.pictures.canvas import ball_colour, CUE_BALL_COLOUR, is_striped, OTHER, POOL
+from billiard_shot.pictures.colours import ball_colour, CUE_BALL_COLOUR, is_striped, OTHER, POOL
 from billiard_shot.pictures.plan import plan_figure
 from billiard_shot.pictures.table import (
     draw_shot,

@@ -19,7 +19,7 @@ from std_msgs.msg import Header
 from unique_identifier_msgs.msg import UUID
 
 from billiard_shot import Scene, Stroke
-from billiard_shot.cue.inputs import MeasuredStrike, Result
+from billiard_shot.cue.controller import MeasuredStrike, Result
 from billiard_shot.cue.mechanism import JOINTS, Mechanism
 from billiard_shot.cue.model import TipPose
 from billiard_shot.cue.plan import GoalOutcome, prepare_shot, RefusedError

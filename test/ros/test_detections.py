@@ -17,7 +17,7 @@ from rclpy.serialization import serialize_message
 from std_msgs.msg import Header
 from vision_msgs.msg import Detection3D, Detection3DArray, ObjectHypothesisWithPose
 
-from billiard_shot.perception.sightings import MAX_DEVIATION
+from billiard_shot.perception.gate import MAX_DEVIATION
 from billiard_shot.perception.tracker import BallTracker
 from billiard_shot.ros import table_tracker
 from billiard_shot.ros.conversions import time_of

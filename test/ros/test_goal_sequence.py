@@ -22,7 +22,7 @@ from rclpy.task import Future
 from rclpy.time import Time
 from waiting import spin_until
 
-from billiard_shot.cue.inputs import Command
+from billiard_shot.cue.controller import Command
 from billiard_shot.cue.joint_trajectory import TrajectoryBuilder
 from billiard_shot.cue.mechanism import JOINTS, Mechanism
 from billiard_shot.ros import commands as controller_client

@@ -44,7 +44,6 @@ def positions(cell, seconds):
 @pytest.mark.parametrize(
     ('transitions', 'again'),
     [
-        ([DEACTIVATE], [Transition.TRANSITION_ACTIVATE]),
         (
             [DEACTIVATE, CLEANUP],
             [Transition.TRANSITION_CONFIGURE, Transition.TRANSITION_ACTIVATE],
@@ -109,8 +108,7 @@ def driver(node, launch_once, tmp_path):
     return drivers
 
 
-@pytest.mark.parametrize('end', [signal.SIGKILL, signal.SIGTERM])
-def test_a_pressed_emergency_stop_outlasts_the_driver(node, driver, end):
+def test_a_pressed_emergency_stop_outlasts_the_driver(node, driver):
     """Before, a driver that the launch started again was DISARMED, and the next goal aimed."""
     button = node.create_publisher(Bool, f'{driver.space}/estop', QoSProfile(depth=10))
     first = driver.start()
@@ -119,7 +117,7 @@ def test_a_pressed_emergency_stop_outlasts_the_driver(node, driver, end):
     assert spin_until(node, lambda: button.get_subscription_count(), PATIENCE)
     button.publish(Bool(data=True))
     driver.reach(SafetyState.ESTOP)
-    first.send_signal(end)
+    first.kill()
     first.wait(PATIENCE)
     assert driver.path.read_text() == 'ESTOP estop: pressed\n'
     driver.start()

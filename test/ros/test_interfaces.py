@@ -16,7 +16,7 @@ from rclpy.exceptions import ParameterException
 from rclpy.parameter import Parameter
 
 from billiard_shot import Status
-from billiard_shot.cue.inputs import Settings
+from billiard_shot.cue.controller import Settings
 from billiard_shot.cue.mechanism import Alignment
 from billiard_shot.cue.simulated import Faults, Imperfections
 from billiard_shot.perception.tracker import TrackerSettings
@@ -76,6 +76,8 @@ def test_parameter_files_hold_the_defaults(node):
         ('predictor', 'tolerance', math.nan, 'tolerance'),
         ('predictor', 'tolerance', 1, 'tolerance'),
         ('predictor', 'sample_count', -1, 'sample_count'),
+        ('cue_sim', 'command_loss_rate', 2.0, 'command_loss_rate'),
+        ('table_sim', 'real_time_factor', 0.0, 'real_time_factor'),
         ('planner', 'target', '{rest: 3}', 'rest must be two finite numbers'),
         ('planner', 'target', '{rest: [', 'is not YAML'),
         ('cue_driver', 'mechanism', 'no_such.yaml', 'no_such.yaml'),

@@ -22,8 +22,6 @@ from billiard_shot.ros.predictor import PredictorParameters
     ('name', 'number'),
     [
         ('predictor', signal.SIGINT),
-        ('predictor', signal.SIGTERM),
-        ('cue_sim', signal.SIGINT),
         ('table_sim', signal.SIGTERM),
     ],
 )
@@ -146,9 +144,6 @@ def test_a_signal_ends_a_node_whose_callback_does_not_return():
         ('predictor', 'scene:=no_such_scene', 'no_such_scene'),
         ('cue_driver', 'scene:=pool', 'scene must be one with a guided cue'),
         ('cue_driver', 'settle_time:=9.0', 'settle_time must be below arm_timeout'),
-        ('cue_driver', 'joint_states_timeout:=0.05', 'at least four times the period'),
-        ('cue_sim', 'command_loss_rate:=2.0', 'command_loss_rate'),
-        ('table_sim', 'real_time_factor:=0.0', 'real_time_factor'),
         ('table_tracker', 'window:=many', 'window'),
     ],
 )

@@ -403,9 +403,9 @@ def test_many_calls_leave_nothing_behind(ask, predictor):
             return next(int(line.split()[1]) for line in status if line.startswith('VmRSS'))
 
     request = request_for('horizontal')
-    for _ in range(300):
+    for _ in range(200):
         ask(request)
     before = resident()
-    for _ in range(1000):
+    for _ in range(400):
         assert not Status(ask(request).status).refused
-    assert resident() - before < 5_000, 'kB'
+    assert resident() - before < 2_000, 'kB'
