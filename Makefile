@@ -138,8 +138,7 @@ endif
 nightly: setup
 	NIGHTLY=1 $(BIN)/pytest -n 2 -m 'hypothesis and not ros'
 	NIGHTLY=1 $(BIN)/pytest -n 2 test/studies/test_hard_cases.py
-	NIGHTLY=1 $(BIN)/pytest test/ros/test_game_bag.py
-	NIGHTLY=1 $(BIN)/pytest test/test_colcon.py -k from_nothing
+	NIGHTLY=1 $(BIN)/pytest -n 2 --dist loadgroup -m nightly
 	$(BIN)/python benchmarks/random_strikes.py --count 100000 --mild
 
 BENCHMARKS := $(filter-out benchmarks/tables.py $(if $(filter none,$(ROS)),benchmarks/cue.py benchmarks/driver.py benchmarks/service.py),\

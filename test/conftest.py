@@ -70,5 +70,8 @@ def check(argument: dict[str, Any], value: Any) -> None:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Begin with the slow tests: the workers of `make test` end together."""
+    """Begin with the slow tests, so that the workers of `make test` end together."""
     items.sort(key=lambda item: item.get_closest_marker('slow') is None)
+    for item in items:
+        if item.get_closest_marker('nightly') and not NIGHTLY:
+            item.add_marker(pytest.mark.skip('takes minutes: make nightly'))

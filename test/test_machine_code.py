@@ -335,7 +335,7 @@ def test_the_library_exports_the_entries_and_needs_nothing():
     assert {name[-2] for name in names} == {'T'}
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     ('target', 'begin'), [('darwin-arm64', b'\xcf\xfa\xed\xfe'), ('windows-amd64', b'MZ')]
 )
@@ -367,7 +367,7 @@ def offsets(count, seed):
 @pytest.mark.slow
 @pytest.mark.parametrize('name', ['paper', 'pool', 'pool_table', 'carom'])
 def test_random_shots_are_those_of_interpreted_code(name, monkeypatch):
-    scene, rows = Scene.load(name), offsets(250, 1)
+    scene, rows = Scene.load(name), offsets(60, 1)
     one, other = interpreted(lambda: predict_batch(scene, offsets=rows), monkeypatch)
     assert list(one.status) == list(other.status)
     for field in ('velocity', 'spin'):

@@ -230,7 +230,7 @@ def test_an_isolated_build_has_the_library(checkout, tmp_path):
     assert wheel.stat().st_size < 1.5e6
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.skipif(not machine_code.is_loaded(), reason='needs machine code')
 @pytest.mark.skipif(shutil.which('git') is None, reason='needs git')
 def test_a_release_is_made_and_tried(checkout, tmp_path):

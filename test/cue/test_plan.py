@@ -90,7 +90,7 @@ def test_brake_is_over_before_the_cue_touches_the_ball_again():
     }
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_brake_is_over_in_10000_random_plans():
     outcomes = check_brake(10_000, 2)
     assert sum(outcomes.values()) == 10_000

@@ -46,7 +46,7 @@ def round_trips(scene, strokes):
     return np.array(residuals), np.array(errors)
 
 
-@pytest.mark.parametrize('count', [60, pytest.param(250, marks=pytest.mark.slow)])
+@pytest.mark.parametrize('count', [60, pytest.param(250, marks=pytest.mark.nightly)])
 @pytest.mark.parametrize(('scene', 'found'), [(ONE_HIT, 0.995), (SHAFT, 0.97)])
 def test_round_trip(count, scene, found):
     """

@@ -2,7 +2,6 @@
 
 from contextlib import nullcontext
 import math
-import os
 from pathlib import Path
 import re
 from tempfile import mkdtemp
@@ -230,8 +229,7 @@ def check_turn(bag, shots, state, result):
     ]
 
 
-@pytest.mark.slow
-@pytest.mark.skipif('NIGHTLY' not in os.environ, reason='takes minutes')
+@pytest.mark.nightly
 def test_a_recorded_game_is_decided_and_ruled_the_same(cell, tmp_path):
     bag, state = Path(mkdtemp(dir=tmp_path)) / 'game', start('practice', SCENE, seed=SEED, balls=2)
     result = record(cell, bag, state)

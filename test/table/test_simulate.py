@@ -93,7 +93,7 @@ def test_nothing_is_missed_nothing_overlaps_nothing_is_gained():
     check_random_tables(500, 1)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_nothing_is_missed_on_ten_thousand_tables():
     # A ball of 6 m/s that passes through another one overlaps it for 10 ms.
     check_random_tables(10_000, 2, step=4e-3)
