@@ -47,23 +47,16 @@ def workspace(tmp_path_factory, environment):
     The messages are those of the virtual environment, which the set-up builds by the same file.
     """
     folder = make_workspace(tmp_path_factory.mktemp('workspace'))
-    (folder / 'src' / 'billiard_shot_msgs').symlink_to('billiard_shot/msg_defs')
-    said = run(
-        folder,
-        environment,
-        COLCON,
-        'build',
-        '--packages-select',
-        'billiard_shot',
-    )
+    said = run(folder, environment, COLCON, 'build')
     assert '1 package finished' in said
     assert 'without machine code' not in said
     return folder
 
 
 @pytest.mark.nightly
-def test_a_workspace_has_its_own_messages(workspace, environment):
+def test_a_workspace_has_its_own_messages(environment, tmp_path):
     """Not those of the virtual environment."""
+    workspace = with_messages(tmp_path)
     options = '-DBUILD_TESTING=OFF', f'-DPython3_EXECUTABLE={sys.executable}'
     said = run(workspace, environment, COLCON, 'build', '--cmake-args', *options)
     assert '2 packages finished' in said
@@ -99,10 +92,16 @@ def sourced(environment, workspace='.'):
     return environment | {'BASH_ENV': f'{workspace}/install/setup.bash'}
 
 
-def test_rosdep_finds_both_packages(workspace):
+def with_messages(folder):
+    """Make a workspace with both packages, as docs/ros.md says."""
+    (make_workspace(folder) / 'src' / 'billiard_shot_msgs').symlink_to('billiard_shot/msg_defs')
+    return folder
+
+
+def test_rosdep_finds_both_packages(tmp_path):
     """As catkin_pkg, which rosdep asks, finds them below src."""
     catkin_pkg = pytest.importorskip('catkin_pkg.packages')
-    found = catkin_pkg.find_packages(str(workspace / 'src'))
+    found = catkin_pkg.find_packages(str(with_messages(tmp_path) / 'src'))
     assert {package.name for package in found.values()} == {'billiard_shot', 'billiard_shot_msgs'}
 
 
