@@ -88,10 +88,7 @@ class Tolerance:
 
 
 def study_accuracy(
-    scene: Scene,
-    tolerances: Sequence[float] = SHOT_TOLERANCES,
-    count: int = 100,
-    repeats: int = 5,
+    scene: Scene, tolerances: Sequence[float] = SHOT_TOLERANCES, count: int = 100, repeats: int = 5
 ) -> Iterator[Tolerance]:
     """
     Measure error and time of each tolerance with random strokes.

@@ -262,10 +262,7 @@ def guided_strike(mass, ratio, law, friction, restitution, cosine, elevation, no
 def solved(problem, tolerance):
     """Impulses, status and steps of a problem that is solved, its energy ledger closed."""
     done = solve_in_contact_space(
-        problem.properties,
-        problem.response[np.newaxis],
-        problem.velocity[np.newaxis],
-        [tolerance],
+        problem.properties, problem.response[np.newaxis], problem.velocity[np.newaxis], [tolerance]
     )
     impulse, status, steps = done.impulses.ravel(), done.status[0], done.steps[0]
     assert status in (Status.OK, Status.INFINITE_SEQUENCE)

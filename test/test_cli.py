@@ -103,10 +103,7 @@ def test_refused_strokes_are_said_on_stderr(capsys):
             ['--speed', '1', '--tolerance', '0'],
             'tolerance must be finite and above 0, got 0.0 (m)',
         ),
-        (
-            ['--speed', '1', '--scene', 'papre'],
-            "got 'papre'; the nearest is paper",
-        ),
+        (['--speed', '1', '--scene', 'papre'], "got 'papre'; the nearest is paper"),
         (
             ['masse.html', '--speed', '1'],
             "scene must be a bundled scene or a .yaml file, got 'masse.html'",
@@ -280,12 +277,7 @@ def test_the_scene_is_in_the_same_place(capsys):
     assert 'SCENE is missing; it must be a YAML file or one of ' in capsys.readouterr().err
 
 
-@pytest.mark.parametrize(
-    'command',
-    [
-        ['predict', str(PAPER), '--scene', 'paper', '--csv'],
-    ],
-)
+@pytest.mark.parametrize('command', [['predict', str(PAPER), '--scene', 'paper', '--csv']])
 def test_several_processes_give_the_same(command, capsys):
     assert main(command) == main([*command, '--workers', '2']) == 0
     lines = capsys.readouterr().out.splitlines()
@@ -479,11 +471,7 @@ def test_a_prediction_holds_the_stroke_that_was_aimed(form, capsys):
 
 
 @pytest.mark.parametrize(
-    'words',
-    [
-        ['tournament', 'eight_ball'],
-        ['study', 'accuracy', '--count', '10000'],
-    ],
+    'words', [['tournament', 'eight_ball'], ['study', 'accuracy', '--count', '10000']]
 )
 def test_ctrl_c_ends_without_traceback(words):
     code, _, err = interrupted(words)

@@ -23,12 +23,7 @@ def test_a_table_has_the_arguments_of_its_call_whatever_was_called_before():
     mixed = *one[:-1], other[-1]
     first, second, third = (table(*args) for args in (one, other, mixed))
     assert len({first, second, third}) == 3
-    assert [table(*args) for args in (one, one, other, mixed)] == [
-        first,
-        first,
-        second,
-        third,
-    ]
+    assert [table(*args) for args in (one, one, other, mixed)] == [first, first, second, third]
     found = []
     thread = Thread(target=lambda: found.append(table(*other)))
     thread.start()

@@ -34,12 +34,7 @@ BLOCKS = [
     (page.name, *match.groups()) for page in PAGES for match in BLOCK.finditer(text_of(page))
 ]
 # Run by CI, and by test_packaging.py.
-ELSEWHERE = (
-    'make demo',
-    'make test',
-    'pip install .',
-    'pip install .[plot]',
-)
+ELSEWHERE = ('make demo', 'make test', 'pip install .', 'pip install .[plot]')
 
 FILES = {page.name: FILE.findall(page.read_text()) for page in PAGES}
 TAGGED = [(page, tag, language, text) for page, tag, language, text in BLOCKS if tag]

@@ -82,10 +82,7 @@ def test_nodes_use_the_profile_of_the_package_or_that_of_the_user(launch_file, m
         ({'cue': 'false'}, {'cue_driver', 'cue_sim', 'table_sim', 'cue_model', *OTHERS}),
         ({'model': 'false', 'simulate': '1'}, {'cue_model', *OTHERS}),
         ({'control': 'true', 'simulate': 'true'}, {'cue_sim', 'rviz2'}),
-        (
-            {'interface': 'follow_joint_trajectory', 'simulate': 'true'},
-            {'cue_sim', *OTHERS},
-        ),
+        ({'interface': 'follow_joint_trajectory', 'simulate': 'true'}, {'cue_sim', *OTHERS}),
     ],
 )
 def test_nodes_are_left_out(launch_file, arguments, missing):

@@ -220,8 +220,7 @@ def check_goal(
         )
     if not remaining > 0.0:
         raise RefusedError(
-            GoalOutcome.ALREADY_EXPIRED,
-            f'expiry must be ahead of now, got {-remaining:.3g} s ago',
+            GoalOutcome.ALREADY_EXPIRED, f'expiry must be ahead of now, got {-remaining:.3g} s ago'
         )
     if remaining > max_validity:
         raise RefusedError(

@@ -440,11 +440,7 @@ class Mechanism:
 
     """
 
-    RULES: ClassVar = (
-        _stroke_from_zero,
-        _incline_within_its_triangle,
-        _travels_above_the_balls,
-    )
+    RULES: ClassVar = (_stroke_from_zero, _incline_within_its_triangle, _travels_above_the_balls)
     base_x: Axis = section_of(Axis, -2.5, 2.5, 1.0, 2.0, 20.0)
     base_y: Axis = section_of(Axis, -2.0, 2.0, 1.0, 2.0, 20.0)
     base_z: Axis = section_of(Axis, 0.0, 1.2, 0.5, 2.0, 20.0)

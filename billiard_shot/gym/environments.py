@@ -253,10 +253,7 @@ class DrawnEnv(gymnasium.Env[Any, Any]):
 
 Flags = NDArray[np.bool_]
 
-MANY_TABLES = DRAWN | {
-    'autoreset_mode': AutoresetMode.SAME_STEP,
-    'render_modes': RENDER_MODES[:1],
-}
+MANY_TABLES = DRAWN | {'autoreset_mode': AutoresetMode.SAME_STEP, 'render_modes': RENDER_MODES[:1]}
 """Metadata of the environment of many tables."""
 
 
@@ -413,10 +410,7 @@ class PracticeEnv(DrawnEnv):
     """
 
     def __init__(
-        self,
-        scene: SceneLike = 'pool_table',
-        balls: int = 3,
-        render_mode: str | None = None,
+        self, scene: SceneLike = 'pool_table', balls: int = 3, render_mode: str | None = None
     ) -> None:
         super().__init__(render_mode)
         self._tables = PracticeVectorEnv(1, scene, balls)

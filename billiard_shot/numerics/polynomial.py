@@ -136,13 +136,7 @@ def refine_root(c: Vector, degree: int, low: float, high: float) -> float:
 
 @inner
 def first_root(
-    c: Vector,
-    degree: int,
-    sign: float,
-    offset: float,
-    noise: float,
-    end: float,
-    work: Floats,
+    c: Vector, degree: int, sign: float, offset: float, noise: float, end: float, work: Floats
 ) -> float:
     """
     First point of (0, end] where sign * c(x) - offset goes from positive to negative, or NO_ROOT.

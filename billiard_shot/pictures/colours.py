@@ -20,12 +20,7 @@ BLACK, ORANGE, SKY, GREEN, BLUE, VERMILION, PURPLE, GREY = (
     '#7f7f7f',
 )
 
-MOTIONS = {
-    Motion.SLIDE: VERMILION,
-    Motion.ROLL: BLUE,
-    Motion.FLIGHT: BLACK,
-    Motion.SPIN: PURPLE,
-}
+MOTIONS = {Motion.SLIDE: VERMILION, Motion.ROLL: BLUE, Motion.FLIGHT: BLACK, Motion.SPIN: PURPLE}
 
 CUE_BALL_COLOUR = '#fbfaf3'
 # Pool balls 1 to 8; 9 to 15 have a stripe in the colours of 1 to 7.

@@ -322,14 +322,7 @@ class _Recorder:
             )
         self.rows.append(
             np.column_stack(
-                [
-                    self.now + scale * part,
-                    *active,
-                    *velocities,
-                    *forces,
-                    *impulses,
-                    *energies,
-                ]
+                [self.now + scale * part, *active, *velocities, *forces, *impulses, *energies]
             )
         )
         self.now += scale * x
@@ -546,9 +539,7 @@ def draw_strike(shot: Shot, path: Path, title: str = '') -> None:
         )
     panels[2].set(ylabel='slip (m/s)', ylim=(0.0, None))
     panels[3].set(
-        ylabel='energy in\nthe contact (J)',
-        ylim=(0.0, None),
-        xlabel='time / length of the strike',
+        ylabel='energy in\nthe contact (J)', ylim=(0.0, None), xlabel='time / length of the strike'
     )
     for axes in panels:
         axes.grid(alpha=0.3)

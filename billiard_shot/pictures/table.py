@@ -354,10 +354,7 @@ GIF_COLOURS = 64  # of a GIF
 
 
 def write_video(
-    shot: Shot,
-    path: Path,
-    title: str = '',
-    report: Callable[[int], None] = lambda done: None,
+    shot: Shot, path: Path, title: str = '', report: Callable[[int], None] = lambda done: None
 ) -> None:
     """
     Write a shot as a video, seen from above, in real time.

@@ -133,10 +133,7 @@ def refusals_in(
 
 
 def lowest_elevation(
-    scene: SceneLike,
-    offsets: ArrayLike,
-    position: ArrayLike | None = None,
-    margin: float = 0.0,
+    scene: SceneLike, offsets: ArrayLike, position: ArrayLike | None = None, margin: float = 0.0
 ) -> NDArray[np.float64]:
     """
     Find the lowest elevation of each of many strokes at which the cue has clearance.

@@ -332,7 +332,7 @@ TestAnyEvents = AnyEvents.TestCase
 TestEager = Eager.TestCase
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 class TestManyEvents(Eager.TestCase):
     """More of them: SEQUENCES=10000 takes some two minutes."""
 

@@ -716,9 +716,7 @@ def test_a_pause_while_a_shot_is_prepared_is_noticed(bench):
     before = iter([bench.now])
     with pytest.raises(RefusedError, match='because this process paused') as caught:
         bench.controller.execute(
-            bench.plan(SHOT),
-            60.0,
-            lambda: next(before, bench.now + Settings().max_pause + 0.01),
+            bench.plan(SHOT), 60.0, lambda: next(before, bench.now + Settings().max_pause + 0.01)
         )
     assert caught.value.outcome is GoalOutcome.NOT_READY
     assert SafetyState.AIMING not in bench.states

@@ -14,12 +14,7 @@ DRIVE = MECHANISM.stroke
 
 
 def profile_of(
-    speed=3.0,
-    after=0.5,
-    elevation=0.1,
-    touch_time=0.0,
-    clearance=math.inf,
-    mechanism=MECHANISM,
+    speed=3.0, after=0.5, elevation=0.1, touch_time=0.0, clearance=math.inf, mechanism=MECHANISM
 ):
     return stroke_profile(
         mechanism, MASS, GRAVITY, elevation, speed, after * speed, touch_time, clearance

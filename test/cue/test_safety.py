@@ -4,17 +4,8 @@ from itertools import chain, combinations
 
 import pytest
 
-from billiard_shot.cue.safety import (
-    Condition,
-    MOVING,
-    SAFE,
-    SafetyEvent,
-    SafetyState,
-    TRANSITIONS,
-)
-from billiard_shot.cue.safety import (
-    decide as decide_with,
-)
+from billiard_shot.cue.safety import Condition, MOVING, SAFE, SafetyEvent, SafetyState, TRANSITIONS
+from billiard_shot.cue.safety import decide as decide_with
 
 ALL = frozenset(Condition)
 LATCHED = (SafetyState.ESTOP, SafetyState.FAULT)

@@ -2,17 +2,7 @@
 
 import numpy as np
 import pytest
-from setups import (
-    chain,
-    cluster,
-    difference,
-    random_shot,
-    run,
-    shot,
-    SHOTS,
-    touching,
-    two_balls,
-)
+from setups import chain, cluster, difference, random_shot, run, shot, SHOTS, touching, two_balls
 from slow_check import slow_collide
 from test_properties import random_bodies
 

@@ -46,14 +46,7 @@ def test_states_of_fig_4():
     assert STATES[0].events == 'C2-C1-R2'  # in the paper's table (b)
     ends = np.array([normal_impulses(TRACE)[state.samples][-1] for state in STATES])
     assert ends == pytest.approx(
-        np.array(
-            [
-                [3.60879, 3.96612],
-                [3.96612, 3.96612],
-                [5.44136, 5.32023],
-                [5.44136, 6.17691],
-            ]
-        ),
+        np.array([[3.60879, 3.96612], [3.96612, 3.96612], [5.44136, 5.32023], [5.44136, 6.17691]]),
         abs=2e-5,
     )
     assert FIG4.velocities(ends[-1:])[0] == pytest.approx([2.441360, 0.735552], abs=2e-6)

@@ -1,4 +1,4 @@
-"""The controller of the example, with faults: it can let a goal fail, and reject a goal."""
+"""The controller of the example, with a fault: it can let a goal fail."""
 
 import contextlib
 from pathlib import Path
@@ -8,7 +8,6 @@ sys.path.append(str(Path(__file__).resolve().parents[2] / 'docs' / 'examples'))
 
 from control_msgs.action import FollowJointTrajectory
 import rclpy
-from rclpy.action import GoalResponse
 from rclpy.executors import ExternalShutdownException
 from std_srvs.srv import Trigger
 from trajectory_server import TrajectoryServer
@@ -19,9 +18,7 @@ Result = FollowJointTrajectory.Result
 class FakeController(TrajectoryServer):
     def __init__(self):
         super().__init__()
-        self.rejects = False
         self.create_service(Trigger, '~/violate', self.violate)
-        self.create_service(Trigger, '~/reject', self.reject)
 
     def violate(self, _, response):
         """Let the active goal fail."""
@@ -29,16 +26,6 @@ class FakeController(TrajectoryServer):
         self.goal.ended.set_result(Result(error_code=code, error_string=text))
         response.success = True
         return response
-
-    def reject(self, _, response):
-        """Reject the next goal."""
-        self.rejects = True
-        response.success = True
-        return response
-
-    def check(self, goal):
-        rejected, self.rejects = self.rejects, False
-        return GoalResponse.REJECT if rejected else super().check(goal)
 
 
 def main():

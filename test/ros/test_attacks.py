@@ -147,55 +147,6 @@ def test_a_camera_that_freezes_or_dies_while_the_cue_is_aimed(cell, draws, who):
             cell.start(who)
 
 
-def test_a_publisher_that_repeats_its_last_stamp(cell, draws):
-    aim(cell)
-    last = cell.player.table
-    cell.processes['table_tracker'].send_signal(signal.SIGSTOP)
-    publisher = cell.player.create_publisher(TableState, f'{SPACE}/table_state', LATCHED)
-    timer = cell.player.create_timer(0.1, lambda: publisher.publish(last))
-    try:
-        wait(cell, TABLE_TIMEOUT + draws.uniform(0.5, 7.0))
-        cell.arm()
-        assert_nothing_was_played(cell, GoalOutcome.TABLE_STALE)
-    finally:
-        cell.player.destroy_timer(timer)
-        cell.player.destroy_publisher(publisher)
-        cell.processes['table_tracker'].send_signal(signal.SIGCONT)
-
-
-def test_a_covariance_opens_no_lock(cell, draws):
-    """A ball lies 10 to 300 mm beside its place, with variances of any size and sign."""
-    balls = cell.player.wait_for_rest()
-    cell.processes['table_tracker'].send_signal(signal.SIGSTOP)
-    publisher = cell.player.create_publisher(TableState, f'{SPACE}/table_state', LATCHED)
-    variances = draws.choice([-1.0, 1.0], 2) * 10.0 ** draws.uniform(-6.0, 0.0, 2)
-    aside = 10.0 ** draws.uniform(-2.0, -0.5)
-
-    def publish():
-        stamp = cell.player.get_clock().now().to_msg()
-        message = TableState(snapshot_id=1)
-        message.header.stamp, message.header.frame_id = stamp, 'table'
-        for name, ball in balls.items():
-            x, y = ball.position
-            state = BallState(id=name, position=Point(x=x, y=y + aside * (name == '8')))
-            state.position_covariance[0], state.position_covariance[4] = variances
-            message.balls.append(state)
-        publisher.publish(message)
-
-    timer = cell.player.create_timer(0.1, publish)
-    try:
-        wait(cell, 0.5)
-        cell.begin(goal_for(cell, balls))
-        cell.player.until(lambda: cell.state is SafetyState.AIMED or cell.ended.done(), PATIENCE)
-        if not cell.ended.done():
-            cell.arm()
-        assert_nothing_was_played(cell)
-    finally:
-        cell.player.destroy_timer(timer)
-        cell.player.destroy_publisher(publisher)
-        cell.processes['table_tracker'].send_signal(signal.SIGCONT)
-
-
 def test_numbers_of_any_size_end_no_node(cell, draws):
     def number():
         return float(draws.choice([-1.0, 1.0]) * 10.0 ** draws.uniform(-320.0, 308.0))
@@ -234,18 +185,6 @@ def test_numbers_of_any_size_end_no_node(cell, draws):
     assert_all_live(cell)
 
 
-def test_a_driver_that_was_started_again_plays_no_earlier_goal(cell, draws):
-    goal = goal_for(cell, cell.player.wait_for_rest())
-    wait(cell, draws.uniform(0.0, 1.0))
-    driver = cell.processes['cue_driver']
-    driver.send_signal(draws.choice([signal.SIGTERM, signal.SIGKILL]))
-    driver.wait()
-    cell.start('cue_driver')
-    cell.player.wait_for_driver()
-    cell.begin(goal)
-    assert_nothing_was_played(cell, GoalOutcome.ALREADY_EXPIRED)
-
-
 def test_a_press_at_any_time_is_latched(cell, draws):
     """The cue fires after no press; a press during the stroke stops it."""
     cell.begin(goal_for(cell, cell.player.wait_for_rest()))
@@ -265,14 +204,3 @@ def test_a_press_at_any_time_is_latched(cell, draws):
     finally:
         cell.player.destroy_publisher(publisher)
     assert_all_live(cell)
-
-
-def test_a_pause_of_the_driver_fires_nothing(cell, draws):
-    aim(cell)
-    driver = cell.processes['cue_driver']
-    driver.send_signal(signal.SIGSTOP)
-    wait(cell, draws.uniform(1.5, 4.0))
-    armed = cell.player.arm(cell.player.states[-1].shot_id)
-    driver.send_signal(signal.SIGCONT)
-    assert cell.player.until(armed.done, PATIENCE)
-    assert_nothing_was_played(cell, GoalOutcome.DISARMED, GoalOutcome.TABLE_STALE)

@@ -24,18 +24,8 @@ BAD = [
     ('speed', -1.0, Status.INVALID_STROKE, 'got -1.0'),
     ('speed', NAN, Status.INVALID_STROKE, 'got nan'),
     ('speed', INF, Status.INVALID_STROKE, 'got inf'),
-    (
-        'cue_pose.position.x',
-        NAN,
-        Status.INVALID_STROKE,
-        'position.x must be finite, got nan',
-    ),
-    (
-        'cue_pose.position.z',
-        -INF,
-        Status.INVALID_STROKE,
-        'position.z must be finite, got -inf',
-    ),
+    ('cue_pose.position.x', NAN, Status.INVALID_STROKE, 'position.x must be finite, got nan'),
+    ('cue_pose.position.z', -INF, Status.INVALID_STROKE, 'position.z must be finite, got -inf'),
     (
         'cue_pose.orientation.w',
         NAN,
@@ -69,21 +59,11 @@ BAD = [
     ('ball_position.z', -0.01, Status.INVALID_REQUEST, 'ball_position.z must be 0'),
     ('ball_position.z', 0.01, Status.INVALID_REQUEST, 'got 0.01 m'),
     ('ball_position.z', 1.0, Status.INVALID_REQUEST, 'got 1.0 m'),
-    (
-        'header.frame_id',
-        'map',
-        Status.INVALID_REQUEST,
-        "frame_id must be 'table' or empty",
-    ),
+    ('header.frame_id', 'map', Status.INVALID_REQUEST, "frame_id must be 'table' or empty"),
     ('tolerance', -1e-4, Status.INVALID_REQUEST, 'tolerance must be finite'),
     ('tolerance', NAN, Status.INVALID_REQUEST, 'got nan'),
     ('tolerance', INF, Status.INVALID_REQUEST, 'got inf'),
-    (
-        'sample_count',
-        4_000_000_000,
-        Status.INVALID_REQUEST,
-        'sample_count must be at most',
-    ),
+    ('sample_count', 4_000_000_000, Status.INVALID_REQUEST, 'sample_count must be at most'),
 ]
 
 

@@ -11,17 +11,7 @@ import pytest
 pytest.importorskip('billiard_shot_msgs', reason='needs ROS 2')
 pytest.importorskip('rosbags', reason='needs rosbags')
 
-from bags import (
-    content,
-    kind_of,
-    PAGE,
-    recording,
-    ROOT,
-    SHARED,
-    topics_of,
-    types,
-    writing,
-)
+from bags import content, kind_of, PAGE, recording, ROOT, SHARED, topics_of, types, writing
 from billiard_shot_msgs.msg import TableState
 from cell import PATIENT
 import numpy as np

@@ -143,12 +143,7 @@ def test_the_answer_lists_every_effect_and_why():
 @pytest.mark.parametrize(
     ('game', 'balls', 'fields', 'words'),
     [
-        (
-            'practice',
-            'cue 1',
-            {'winner': 0},
-            'winner must be -1 while the rack is not over',
-        ),
+        ('practice', 'cue 1', {'winner': 0}, 'winner must be -1 while the rack is not over'),
         ('nine_ball', 'cue 8', {}, "balls must be with '9' while the rack is not over"),
         ('eight_ball', 'cue 1 2', {}, "balls must be with '8' while the rack is not over"),
         ('nine_ball', 'cue 8', {'over': True, 'winner': 1}, ''),

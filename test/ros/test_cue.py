@@ -125,9 +125,7 @@ def test_the_loop_is_closed(cell):
     assert cell.player.until(lambda: cell.strikes, PATIENCE)
     assert result.strike == cell.strikes[-1]  # with the stamp of the strike, not of the end
     np.testing.assert_allclose(
-        cell.player.wait_for_rest(result.strike.header.stamp)['cue'].position,
-        expected,
-        atol=0.01,
+        cell.player.wait_for_rest(result.strike.header.stamp)['cue'].position, expected, atol=0.01
     )
     played = from_json(cell.shots[-1].data)
     assert played.stroke.speed == pytest.approx(result.strike.speed, rel=1e-12)

@@ -30,10 +30,7 @@ from billiard_shot.ros.cue_driver import CueDriver
 
 SCENE = Scene.load('paper')
 RADIUS = SCENE.ball.radius
-BALLS = {
-    'cue': Sighting((0.1, -0.2), (1e-8, 2e-9, 3e-8), time=4.25),
-    '8': Sighting((0.5, 0.25)),
-}
+BALLS = {'cue': Sighting((0.1, -0.2), (1e-8, 2e-9, 3e-8), time=4.25), '8': Sighting((0.5, 0.25))}
 
 
 def plan(a=0.1, b=0.2, elevation=0.3, azimuth=1.0, speed=2.0):

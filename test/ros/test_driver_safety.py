@@ -9,7 +9,6 @@ import pytest
 pytest.importorskip('billiard_shot_msgs', reason='needs ROS 2')
 
 from billiard_shot_msgs.msg import TableState
-from diagnostic_msgs.msg import DiagnosticStatus
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 from rcl_interfaces.msg import Parameter, ParameterValue
@@ -208,31 +207,6 @@ def test_stamps_before_1970_do_not_end_the_driver(cell):
     assert driver.poll() is None, 'the driver has ended'
 
 
-def test_it_says_what_it_waits_for(cell, launch_once):
-    """In its log and in the diagnostics, from the start."""
-    launch_once('cue_driver', '-r', '__ns:=/lonely', '-p', 'autostart:=true')
-
-    def status():
-        return [
-            each
-            for message in cell.diagnostics
-            for each in message.status
-            if each.name == '/lonely/cue_driver'
-        ]
-
-    assert cell.player.until(status, PATIENCE)
-    assert status()[-1].level == DiagnosticStatus.WARN
-    assert 'estop: no message received; interlock: no message received' in status()[-1].message
-    assert cell.player.until(
-        lambda: any(
-            'not ready: estop: no message received' in each.msg
-            for each in cell.log
-            if each.name == 'lonely.cue_driver'
-        ),
-        PATIENCE,
-    )
-
-
 def test_an_unconfigured_driver_says_how_to_go_on(cell, launch_once):
     launch_once('cue_driver', '-r', '__ns:=/idle')
     assert cell.player.until(
@@ -326,8 +300,7 @@ def test_commands_that_a_mechanism_refuses(cell, launch_once):
         refused()
     (line,) = said()
     assert re.fullmatch(
-        r'ignored a command: header\.stamp must be .*at most 0\.5 ago, got .* \(s\)',
-        line,
+        r'ignored a command: header\.stamp must be .*at most 0\.5 ago, got .* \(s\)', line
     )
     process.send_signal(signal.SIGSTOP)
     stamp = cell.player.get_clock().now().to_msg()

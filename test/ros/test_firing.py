@@ -138,9 +138,7 @@ def shell(tmp_path_factory: pytest.TempPathFactory, domain: None) -> Iterator[Sh
         # Not in a session of its own: Linux divides busy cores among sessions first (autogroups),
         # and one that is nearly idle may then wait for seconds, whatever its priority.
         publishers = subprocess.Popen(
-            ['bash', '-c', priority + safety + 'wait'],
-            env=shell.environment,
-            process_group=0,
+            ['bash', '-c', priority + safety + 'wait'], env=shell.environment, process_group=0
         )
         stack.callback(lambda: os.killpg(publishers.pid, signal.SIGKILL))
         yield shell

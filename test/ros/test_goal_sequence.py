@@ -1,7 +1,5 @@
 """Goals to a controller that handles them late, in any order or never; without nodes."""
 
-from threading import Thread
-import time
 from types import SimpleNamespace
 
 from hypothesis import given
@@ -13,14 +11,8 @@ pytest.importorskip('rclpy', reason='needs ROS 2')
 pytest.importorskip('control_msgs', reason='needs control_msgs')
 
 from control_msgs.action import FollowJointTrajectory
-import rclpy
-from rclpy.action import ActionServer, CancelResponse
-from rclpy.callback_groups import ReentrantCallbackGroup
-from rclpy.executors import MultiThreadedExecutor
-from rclpy.lifecycle import LifecycleNode
 from rclpy.task import Future
 from rclpy.time import Time
-from waiting import spin_until
 
 from billiard_shot.cue.controller import Command
 from billiard_shot.cue.joint_trajectory import TrajectoryBuilder
@@ -294,63 +286,3 @@ def test_answers_after_the_client_was_closed_are_ignored(bench, commands):
         bench.send(command)
     bench.client.close()
     bench.server.run()
-
-
-class Threads:
-    """A server that handles each request in a thread of its own, after a delay by chance."""
-
-    def __init__(self, node):
-        self.random, self.active = np.random.default_rng(0), None
-        self.overtaken = 0  # stops
-        self.server = ActionServer(
-            node,
-            FollowJointTrajectory,
-            'threads',
-            self.follow,
-            callback_group=ReentrantCallbackGroup(),
-            handle_accepted_callback=self.begin,
-            cancel_callback=lambda _: CancelResponse.ACCEPT,
-        )
-
-    def begin(self, goal):
-        time.sleep(self.random.uniform(0.0, 0.02))
-        if not goal.is_cancel_requested:
-            is_stroke = seconds(goal.request.trajectory.header.stamp) > 0.0
-            self.overtaken += bool(self.active and is_stroke and self.is_stopped)
-            self.active = goal
-            goal.execute()
-
-    @property
-    def is_stopped(self):
-        return seconds(self.active.request.trajectory.header.stamp) == 0.0
-
-    def follow(self, goal):
-        while goal is self.active:
-            time.sleep(0.001)
-            if goal.is_cancel_requested:
-                self.active = None
-        (goal.canceled if goal.is_cancel_requested else goal.succeed)()
-        return RESULT()
-
-
-@pytest.mark.slow
-def test_a_server_with_threads_ends_at_rest_after_every_stop(node):
-    """The same with real goals: in some trials the server begins the stroke after its stop."""
-    executor, driver = MultiThreadedExecutor(8), LifecycleNode('driver_of_threads')
-    executor.add_node(peer := rclpy.create_node('threads'))
-    server = Threads(peer)
-    thread = Thread(target=executor.spin, daemon=True)
-    thread.start()
-    client = ControllerClient(driver, 'threads', list(JOINTS), MECHANISM.accelerations)
-    assert spin_until(driver, lambda: not client.problem)
-    for _ in range(30):
-        client.send(STROKE, driver.get_clock().now().nanoseconds, STILL, STILL)
-        client.send(STOP, 0, STILL, STILL)
-        assert spin_until(driver, lambda: not client._goals.missing)
-        assert spin_until(driver, lambda: server.active is None or server.is_stopped)
-        server.active = None
-    assert server.overtaken, 'else nothing is tested'
-    executor.shutdown()
-    client.close()
-    driver.destroy_node()
-    peer.destroy_node()

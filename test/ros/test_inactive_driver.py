@@ -44,10 +44,7 @@ def positions(cell, seconds):
 @pytest.mark.parametrize(
     ('transitions', 'again'),
     [
-        (
-            [DEACTIVATE, CLEANUP],
-            [Transition.TRANSITION_CONFIGURE, Transition.TRANSITION_ACTIVATE],
-        ),
+        ([DEACTIVATE, CLEANUP], [Transition.TRANSITION_CONFIGURE, Transition.TRANSITION_ACTIVATE]),
         ([SHUTDOWN], []),
     ],
 )

@@ -19,11 +19,7 @@ from billiard_shot.ros.predictor import PredictorParameters
 
 
 @pytest.mark.parametrize(
-    ('name', 'number'),
-    [
-        ('predictor', signal.SIGINT),
-        ('table_sim', signal.SIGTERM),
-    ],
+    ('name', 'number'), [('predictor', signal.SIGINT), ('table_sim', signal.SIGTERM)]
 )
 def test_signals_end_a_node_with_exit_code_0(launch, node, name, number):
     space = f'/end_{name}_{number}'

@@ -30,8 +30,8 @@ try:
     from numba import njit
 except ImportError:
 
-    def njit(function):
-        return function
+    def njit(cache):
+        return lambda function: function
 
 
 BALL, CLOTH, EDGE, ARC = range(4)
@@ -57,7 +57,7 @@ class Springs(NamedTuple):
     exponent: np.ndarray
 
 
-@njit
+@njit(cache=True)
 def _way(s, j, tip, place):
     """From what is touched to the ball a; for contact 0 from the ball to the tip."""
     if j == 0:
@@ -75,14 +75,14 @@ def _way(s, j, tip, place):
     return np.array([way[0] * keep, way[1] * keep, way[2]])
 
 
-@njit
+@njit(cache=True)
 def _cross(a, b):
     return np.array(
         [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
     )
 
 
-@njit
+@njit(cache=True)
 def _relative(s, j, n, radius, push, velocity, spin):
     """Velocity at the contact, of the body into which the normal points against the other."""
     a = s.a[j]
@@ -94,7 +94,7 @@ def _relative(s, j, n, radius, push, velocity, spin):
     return u
 
 
-@njit
+@njit(cache=True)
 def _apply(s, j, n, p, cue, mass, inertia, radius, push, velocity, spin):
     """Let an impulse p act at a contact; `cue` as of `integrate`."""
     a = s.a[j]
@@ -111,7 +111,7 @@ def _apply(s, j, n, p, cue, mass, inertia, radius, push, velocity, spin):
         spin[s.b[j]] -= _cross(radius * n, p) / inertia
 
 
-@njit
+@njit(cache=True)
 def integrate(s, cue, mass, inertia, radius, reach, tip, speed, place, most, step, end):
     """
     Integrate a strike until nothing is pressed.

@@ -109,11 +109,7 @@ def test_a_player_with_errors_has_room(balls):
             {'pocket': 'head_left'},
             'pocket must be one that ball .8. reaches .*, got head_left',
         ),
-        (
-            '8',
-            {'pocket': 'left'},
-            "pocket must be one of foot_left, .*, got 'left'",
-        ),
+        ('8', {'pocket': 'left'}, "pocket must be one of foot_left, .*, got 'left'"),
         ('8', {'pocket': 'foot_left', 'cut': 0.1}, 'pocket must not be given together with a cut'),
         ((0.1, 0.2), {'pocket': 'foot_left'}, 'pocket must not be given for a point'),
         ((0.1, 0.2), {'cut': 0.1}, 'cut must not be given for a point'),

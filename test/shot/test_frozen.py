@@ -186,8 +186,7 @@ def test_a_batch_gives_what_single_predictions_give():
 
 
 @pytest.mark.parametrize(
-    ('angle', 'gap', 'speed'),
-    [(70, 3.67e-3, 9), (70, 5.4e-3, 9), (80, 1e-3, 5), (85, 3e-4, 2)],
+    ('angle', 'gap', 'speed'), [(70, 3.67e-3, 9), (70, 5.4e-3, 9), (80, 1e-3, 5), (85, 3e-4, 2)]
 )
 def test_a_ball_that_is_passed_is_not_met(angle, gap, speed):
     """Before, the cue ball pushed it: a contact that keeps its normal is a wall."""

@@ -216,11 +216,7 @@ def test_bad_rows_of_a_batch():
     speeds = 1, 1, 1, 0, math.inf, 1e13, 1e-13, 1
     velocities = [(speed, 0, 0) for speed in speeds]
     batch = predict_batch(POOL, normals, velocities)
-    assert batch.status.tolist() == [
-        Status.OK,
-        *[Status.INVALID_STROKE] * 6,
-        Status.MISS,
-    ]
+    assert batch.status.tolist() == [Status.OK, *[Status.INVALID_STROKE] * 6, Status.MISS]
     assert batch.velocity[0, 0] > 1
     columns = {
         name: getattr(batch, name)

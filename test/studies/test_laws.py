@@ -129,20 +129,7 @@ def test_commands(tmp_path, capsys):
     assert paper.main([]) == 0
     assert "Poisson's law" in capsys.readouterr().out
     assert (
-        laws.main(
-            [
-                '--count',
-                '21',
-                '--normal',
-                '-1',
-                '-2',
-                '1',
-                '--velocity',
-                '0',
-                '0',
-                '-2',
-            ]
-        )
+        laws.main(['--count', '21', '--normal', '-1', '-2', '1', '--velocity', '0', '0', '-2'])
         == 0
     )
     assert 'stiffness ratio' in capsys.readouterr().out

@@ -137,10 +137,7 @@ def in_one_phase(method, **options):
 
 @pytest.mark.parametrize(
     ('method', 'order', 'rtol', 'counts'),
-    [
-        ('DOP853', 8.0, 0.1, (1, 2, 3, 4, 6)),
-        ('Radau', 5.0, 1e-4, (8, 10, 12, 14, 16, 20)),
-    ],
+    [('DOP853', 8.0, 0.1, (1, 2, 3, 4, 6)), ('Radau', 5.0, 1e-4, (8, 10, 12, 14, 16, 20))],
 )
 def test_orders_of_scipys_methods_where_all_is_smooth(method, order, rtol, counts):
     exact = in_one_phase('DOP853', rtol=1e-13, atol=1e-15, max_step=0.01)

@@ -53,11 +53,7 @@ def test_it_agrees_with_an_integration(speed, angle):
     """Balls move by up to 3 mm meanwhile, which the integration leaves out."""
     away = 2 * R * np.array([math.cos(angle), math.sin(angle)])
     velocity = speed * away / np.linalg.norm(away)
-    states = {
-        'cue': state(*-away, (*velocity, 0)),
-        'one': state(0, 0),
-        'two': state(2 * R, 0),
-    }
+    states = {'cue': state(*-away, (*velocity, 0)), 'one': state(0, 0), 'two': state(2 * R, 0)}
     run = simulate(SCENE, states)
     found = [ball.velocity[:2] for ball in run.at(2e-3).values()]
     assert np.array(found) == pytest.approx(integrated(speed, angle), abs=0.01 * speed)

@@ -179,10 +179,7 @@ def test_a_bad_row_has_a_status_of_its_own():
         ({'cue': state(0, 0, (np.inf, 0, 0))}, r"states\['cue'\]\.velocity .* finite"),
         ({'cue': state(0, 0, (1e100, 0, 0))}, r"\['cue'\]\.velocity must .* -1e\+12 to 1e\+12"),
         ({'cue': BallState((0, 0))}, r"states\['cue'\]\.position must be three numbers"),
-        (
-            {'cue': BallState((0, 0, 10**400))},
-            r"states\['cue'\]\.position must be three numbers",
-        ),
+        ({'cue': BallState((0, 0, 10**400))}, r"states\['cue'\]\.position must be three numbers"),
         ({'cue': {}}, r"states\['cue'\] must be a BallState, got {}"),
         (5, 'states must be a Mapping, got 5'),
     ],

@@ -8,12 +8,7 @@ from tables import after, ENDLESS, play, POOL, R, random_states, rolling, scene_
 
 from billiard_shot.scene import Effects
 from billiard_shot.status import Status
-from billiard_shot.table.run.effects import (
-    AUTO,
-    EffectContext,
-    report,
-    TABLE_GATES,
-)
+from billiard_shot.table.run.effects import AUTO, EffectContext, report, TABLE_GATES
 from billiard_shot.table.run.results import EventKind
 from billiard_shot.table.run.simulate import simulate, simulate_batch
 

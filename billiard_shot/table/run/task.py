@@ -287,11 +287,7 @@ def _example(storage: Storage) -> tuple[Any, ...]:
         NO_STROKES.stored(storage, 1),
         1.0,
         RunLimits(
-            math.inf,
-            1,
-            storage.records(BallRule, 1),
-            storage.zeros(1),
-            storage.zeros(1, 1, 1, 3),
+            math.inf, 1, storage.records(BallRule, 1), storage.zeros(1), storage.zeros(1, 1, 1, 3)
         ),
         lay_out(storage, params, ENDLESS),
         room_for_simulation(storage, 1),
@@ -553,11 +549,7 @@ def run_tables(
 
 
 def packed(
-    task: TableTask,
-    storage: Storage,
-    rooms: Rooms,
-    segments: int = 0,
-    events: int = 0,
+    task: TableTask, storage: Storage, rooms: Rooms, segments: int = 0, events: int = 0
 ) -> tuple[Any, ...]:
     """Return the arguments of `play_tables`, see `run_tables`."""
     tables, count, with_cue = task.tables, task.starts.shape[1], task.strokes is not None

@@ -58,11 +58,7 @@ MISCUE_TO_PEAK, MISCUE_IN_ALL = 0.077, 0.38
 
 @inner
 def strike(
-    table: TableModel,
-    s: Simulation,
-    cues: list[CueRecord],
-    number: int,
-    room: ImpactWorkspace,
+    table: TableModel, s: Simulation, cues: list[CueRecord], number: int, room: ImpactWorkspace
 ) -> None:
     """Let the cue of a table strike ball 0; others that it does not reach take no part."""
     cue = cues[number]
@@ -126,11 +122,7 @@ def reaches_others(impact: ClusterImpact, room: ImpactWorkspace) -> bool:
 
 @inner
 def end_strike(
-    table: TableModel,
-    s: Simulation,
-    cue: CueRecord,
-    impact: ClusterImpact,
-    room: ImpactWorkspace,
+    table: TableModel, s: Simulation, cue: CueRecord, impact: ClusterImpact, room: ImpactWorkspace
 ) -> None:
     """
     Let balls and cue begin as a strike leaves them.
