@@ -241,7 +241,9 @@ def _carom_rebounds(scene: Scene) -> Group:
     rows = []
     for each in published.CAROM_REBOUNDS:
         case = f'{each.speed:.2f} m/s, {each.angle:.0f} deg'
-        away, along = shots.kept_speeds(scene, each.speed, each.angle)
+        away, along = shots.kept_speeds(scene, each.speed, each.angle, each.follow)
+        if each.follow < 1.0:
+            case += f', follow {each.follow:g}'
         rows.append(
             Comparison(case, 'away from it', '', each.away, away, each.away_error, digits=3)
         )
@@ -250,9 +252,9 @@ def _carom_rebounds(scene: Scene) -> Group:
                 Comparison(case, 'along it', '', each.along, along, each.along_error, digits=3)
             )
     return Group(
-        'A carom ball rolls at a cushion, at an angle from its normal: speed after slip, relative '
-        'to that before. Medians of 6 to 31 rebounds. Scene carom, whose cushion is a fit to all '
-        'rebounds of this source.',
+        'A carom ball rolls or slides at a cushion, at an angle from its normal: speed after '
+        'slip, relative to that before. Medians of 5 to 31 rebounds. Scene carom, whose cushion '
+        'is a fit to all rebounds of this source.',
         ('carom',),
         tuple(rows),
     )

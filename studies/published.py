@@ -70,12 +70,13 @@ def rebound_speed(speed: float) -> float:
 @dataclass(frozen=True, slots=True)
 class Rebounds:
     """
-    Medians over rebounds of carom balls that rolled at a cushion and rolled again after it.
+    Medians over rebounds of carom balls that rolled or slid at a cushion and rolled after it.
 
     Measured from the recorded shots, by lines fitted to the rolling ball before and after. The
     side spin is not known. It hardly changes the speed away from a cushion that is met steeply. At
     more than 20 degrees there are only object balls at their first cushion, whose side spin comes
-    from throw alone.
+    from throw alone. The follow of balls that slid is that of a ball which a hit gives a follow of
+    -0.08, and which then slides with friction 0.19.
     """
 
     speed: float  # m/s, before
@@ -84,6 +85,7 @@ class Rebounds:
     away_error: float  # standard error of the median
     along: float | None = None  # the cushion
     along_error: float | None = None
+    follow: float = 1.0  # surface speed of the rolling spin over the speed, before
 
 
 CAROM_REBOUNDS = (
@@ -94,6 +96,8 @@ CAROM_REBOUNDS = (
     Rebounds(2.07, 9.0, 0.552, 0.008),
     Rebounds(0.86, 32.0, 0.588, 0.010, 0.694, 0.032),
     Rebounds(0.84, 60.0, 0.533, 0.016, 0.762, 0.012),
+    Rebounds(2.85, 9.0, 0.572, 0.010, follow=0.39),
+    Rebounds(1.70, 30.0, 0.573, 0.012, follow=0.45),
 )
 
 POOL_RESTITUTION = 0.6, 0.9  # of ball and cushion

@@ -107,14 +107,16 @@ def rebound(scene: Scene, speed: float) -> float:
     return _speed_and_direction(ball.at(left).velocity)[0]
 
 
-def kept_speeds(scene: Scene, speed: float, angle: float) -> tuple[float, float]:
+def kept_speeds(
+    scene: Scene, speed: float, angle: float, follow: float = 1.0
+) -> tuple[float, float]:
     """
     Return the speed after a cushion, relative to that before: away from it, and along it.
 
-    The ball rolls before and, after slip, again; see `bounce_at_cushion`. Along the cushion it is
-    NaN for an angle of 0.
+    After slip the ball rolls; see `bounce_at_cushion`. Along the cushion it is NaN for an angle of
+    0.
     """
-    run = bounce_at_cushion(scene, speed, angle)
+    run = bounce_at_cushion(scene, speed, angle, follow)
     met = next(e.time for e in run.events if e.kind == EventKind.CUSHION)
     rolls = next(e.time for e in run.events if e.kind == EventKind.ROLL and e.time > met)
     ball = run.balls['cue']
@@ -122,9 +124,9 @@ def kept_speeds(scene: Scene, speed: float, angle: float) -> tuple[float, float]
     return float(-after[1] / before[1]), float(after[0] / before[0]) if angle else math.nan
 
 
-def bounce_at_cushion(scene: Scene, speed: float, angle: float) -> TableRun:
+def bounce_at_cushion(scene: Scene, speed: float, angle: float, follow: float = 1.0) -> TableRun:
     """
-    Play a ball that rolls at a long cushion without side spin.
+    Play a ball that rolls or slides at a long cushion without side spin.
 
     Parameters
     ----------
@@ -134,6 +136,8 @@ def bounce_at_cushion(scene: Scene, speed: float, angle: float) -> TableRun:
         Near the cushion [m/s].
     angle : float
         Of its way from the normal of the cushion [degrees].
+    follow : float
+        Surface speed of its rolling spin over its speed; 1: it rolls.
 
     """
     table = _table_of(scene)
@@ -141,7 +145,7 @@ def bounce_at_cushion(scene: Scene, speed: float, angle: float) -> TableRun:
     # a quarter of the length from the middle, moving to the middle: no pocket is near
     place = np.array([0.25 * table.length, 0.5 * table.width - 1.5 * radius, radius])
     along, into = -speed * math.sin(math.radians(angle)), speed * math.cos(math.radians(angle))
-    spin = np.array([-into / radius, along / radius, 0.0])
+    spin = follow / radius * np.array([-into, along, 0.0])
     state = BallState(place, np.array([along, into, 0.0]), spin)
     return simulate(replace(scene, rack=None, balls={}), {'cue': state}, tolerance=1e-6)
 

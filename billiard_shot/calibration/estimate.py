@@ -117,6 +117,7 @@ FILM = {
     'table.cushion.restitution': 'rolling balls straight at a cushion, slow ones and fast ones',
     'table.cushion.early_fading': 'slow balls straight at a cushion, at 0.2 to 1 m/s',
     'table.cushion.fading': 'balls straight at a cushion at 2 m/s and more',
+    'table.cushion.frequency_ratio': 'balls that still slide when they meet a cushion',
     'table.cushion.friction': 'rolling balls at 30 to 60 degrees at a cushion, and side',
     'table.length': 'balls that bounce off both short cushions',
     'table.width': 'balls that bounce off both long cushions',

@@ -54,10 +54,11 @@ USUAL_NAMES = (
     'table.cushion.friction',
     'table.cushion.early_fading',
     'table.cushion.fading',
+    'table.cushion.frequency_ratio',
     'table.length',
     'table.width',
 )
-"""Numbers that recordings of whole shots can decide."""
+"""Numbers that recordings of whole shots can decide; below `LEAST` they are not sought."""
 
 CUE_NAMES = 'contacts.cue_ball.restitution', 'cue.mass', 'cue.end_mass'
 """Numbers that shots can decide whose strokes were commanded."""
@@ -79,8 +80,11 @@ WIDTHS = {
 SQUARED = ('table.cushion.fading',)
 """Numbers that act by their squares: a fit of these moves away from 0 too. So are their widths."""
 
-LEAST_END_MASS = 5e-4
-"""Lighter ends of cues meet the ball again and again, and deflect it no less [kg]."""
+LEAST = {'cue.end_mass': 5e-4, 'table.cushion.frequency_ratio': 0.3}
+"""
+Lighter ends of cues meet the ball again and again, and deflect it no less [kg]. A softer spring of
+noses hardly acts, but none at all (0) makes them rigid.
+"""
 
 STEP = 1e-3
 """Step for differences, relative to the width of the range."""
@@ -189,11 +193,11 @@ def sought_in(
         If a name is unknown.
 
     """
-    known = [each.name for each in scene.parameters()]
+    known = {each.name: each.value for each in scene.parameters()}
     if names is None:
         commanded = any(shot.command for each in recordings for shot in each.shots)
         usual = (*USUAL_NAMES, *CUE_NAMES) if commanded else USUAL_NAMES
-        names = [name for name in usual if name in known]
+        names = [name for name in usual if known.get(name, -math.inf) >= LEAST.get(name, 0.0)]
     chosen: dict[str, None] = {}
     for name in names:
         section = [each for each in known if each.startswith(f'{name}.')]
@@ -218,7 +222,7 @@ def _of_scene(parameter: Parameter) -> Unknown:
         parameter.name,
         parameter.unit,
         parameter.value**power,
-        LEAST_END_MASS if parameter.name == 'cue.end_mass' else parameter.low**power,
+        LEAST.get(parameter.name, parameter.low**power),
         parameter.high**power,
         width,
         parameter.published,

@@ -201,7 +201,7 @@ def rebound_errors(scene):
     for each in published.CAROM_REBOUNDS:
         if each.speed < 0.5:
             continue
-        computed = shots.kept_speeds(scene, each.speed, each.angle)
+        computed = shots.kept_speeds(scene, each.speed, each.angle, each.follow)
         away.append(computed[0] - each.away)
         if each.along is not None:
             along.append(computed[1] - each.along)
@@ -210,7 +210,8 @@ def rebound_errors(scene):
 
 def test_carom_cushions_keep_as_much_speed_as_measured():
     away, along = rebound_errors(CAROM)
-    assert np.abs(away).max() < 0.02
+    assert np.abs(away[:-2]).max() < 0.02
+    assert np.abs(away[-2:]).max() < 0.03  # they slid: nobody saw their spin
     assert np.abs(along).max() < 0.02
 
 
@@ -224,7 +225,13 @@ def test_snooker_cushions_keep_more_speed_than_measured_on_a_carom_table():
 def test_slow_carom_balls_keep_more_speed_than_computed():
     slow = published.CAROM_REBOUNDS[0]
     computed = shots.kept_speeds(CAROM, slow.speed, slow.angle)[0]
-    assert 0.05 < 1.0 - computed / slow.away < 0.06
+    assert 0.02 < 1.0 - computed / slow.away < 0.03
+
+
+def test_a_nose_that_is_rigid_along_its_surface_takes_too_much_from_sliding_balls():
+    rigid = replace(CAROM.table.cushion, frequency_ratio=0.0)
+    away, _ = rebound_errors(replace(CAROM, table=replace(CAROM.table, cushion=rigid)))
+    assert away[-2:].max() < -0.03
 
 
 def test_kept_speed_follows_from_velocity_and_spin_just_after():
