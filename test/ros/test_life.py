@@ -25,6 +25,7 @@ from billiard_shot.ros.predictor import PredictorParameters
         ('predictor', signal.SIGTERM),
         ('cue_sim', signal.SIGINT),
         ('table_sim', signal.SIGTERM),
+        ('table_camera', signal.SIGINT),
     ],
 )
 def test_signals_end_a_node_with_exit_code_0(launch, node, name, number):
