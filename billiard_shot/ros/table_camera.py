@@ -338,8 +338,10 @@ def rectification(info: CameraInfo) -> Any:
     is_fisheye = info.distortion_model == 'equidistant'
     library: Any = cv2.fisheye if is_fisheye else cv2
     terms = np.array(info.d) if len(info.d) else np.zeros(4)
-    maps = library.initUndistortRectifyMap(matrix, terms, np.eye(3), pinhole, size, cv2.CV_16SC2)
-    return lambda picture: cv2.remap(picture, *maps, cv2.INTER_LINEAR)
+    first, second = library.initUndistortRectifyMap(
+        matrix, terms, np.eye(3), pinhole, size, cv2.CV_16SC2
+    )
+    return lambda picture: cv2.remap(picture, first, second, cv2.INTER_LINEAR)
 
 
 def main(args: Sequence[str] | None = None) -> None:

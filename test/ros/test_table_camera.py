@@ -184,5 +184,6 @@ def test_three_balls_are_cleared_from_pictures(node, launch_once):
     )
     seen = cell.player.until(lambda: len(cell.player.table.balls) == 2, PATIENCE)
     assert seen, 'the camera does not see the cue ball and the 8'
-    assert turn.play() == (PlayTurn.Result.OVER, 'player 0 wins'), said
+    ended = turn.play()
+    assert ended == (PlayTurn.Result.OVER, 'player 0 wins'), (ended, said)
     cell.close()
