@@ -193,6 +193,7 @@ setup(
             'table_sim = billiard_shot.ros.table_sim:main',
             'shot_recorder = billiard_shot.ros.shot_recorder:main',
             'table_display = billiard_shot.ros.table_display:main',
+            'table_camera = billiard_shot.ros.table_camera:main',
             'table_tracker = billiard_shot.ros.table_tracker:main',
             'player = billiard_shot.ros.player:main',
             'predict_shot = billiard_shot.ros.predict_shot:main',

@@ -62,6 +62,11 @@ ARGUMENTS = {
         'true starts the table_tracker, which makes table_state from the detections of a camera; '
         'with simulate, the simulated table publishes the detections',
     ),
+    'pictures': (
+        'false',
+        'true starts the table_camera and the table_tracker: the detections are made from the '
+        'pictures of a camera; with simulate, the simulated table publishes simulated_table',
+    ),
     'player': ('false', 'true starts the node that plays the turns of the action play_turn'),
     'record': ('', 'file .csv to which the shot_recorder adds all shots; if empty, no recorder'),
     'model': ('true', 'false leaves out the robot model of the mechanical cue and its transforms'),
@@ -127,6 +132,9 @@ def generate_launch_description():
     with_cue, simulated, controlled = (VALUE[name] for name in ('cue', 'simulate', 'control'))
     interface = IfElseSubstitution(controlled, 'follow_joint_trajectory', VALUE['interface'])
     simulates_cue = AndSubstitution(simulated, EqualsSubstitution(interface, 'topic'))
+    tracked = OrSubstitution(VALUE['camera'], VALUE['pictures'])
+    simulates_camera = IfElseSubstitution(VALUE['pictures'], 'false', VALUE['camera'])
+    simulated_table = IfElseSubstitution(VALUE['pictures'], 'simulated_table', 'table_state')
     any_cue = OrSubstitution(OrSubstitution(with_cue, simulated), controlled)
     return LaunchDescription(
         [
@@ -175,7 +183,14 @@ def generate_launch_description():
                 ],
                 condition=IfCondition(VALUE['player']),
             ),
-            node('table_tracker', condition=IfCondition(VALUE['camera'])),
+            node(
+                'table_camera',
+                LifecycleNode,
+                name='table_camera',
+                namespace='',
+                condition=IfCondition(VALUE['pictures']),
+            ),
+            node('table_tracker', condition=IfCondition(tracked)),
             node(
                 'shot_recorder',
                 settings=[{'file': ParameterValue(VALUE['record'], value_type=str)}],
@@ -183,7 +198,8 @@ def generate_launch_description():
             ),
             node(
                 'table_sim',
-                settings=[{'camera': ParameterValue(VALUE['camera'], value_type=bool)}],
+                settings=[{'camera': ParameterValue(simulates_camera, value_type=bool)}],
+                remappings=[('table_state', simulated_table)],
                 condition=IfCondition(simulated),
             ),
             node('cue_sim', condition=IfCondition(simulates_cue)),

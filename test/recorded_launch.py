@@ -158,6 +158,9 @@ def started(launch_file, **arguments):
             arguments=[text(word, context) for word in fields['arguments']],
             files=[text(part, context) for part in parameters if not isinstance(part, dict)],
             settings=settings,
+            remappings={
+                name: text(other, context) for name, other in fields.get('remappings', [])
+            },
             respawn=fields.get('respawn', False),
         )
     return nodes

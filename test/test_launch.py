@@ -39,7 +39,7 @@ def test_pages_use_arguments_that_are_there(launch_file, page):
 
 
 def test_nodes_and_their_files_are_there(launch_file):
-    nodes = started(launch_file, scene='paper', simulate='true', camera='true', rviz='true')
+    nodes = started(launch_file, scene='paper', simulate='true', pictures='true', rviz='true')
     own = {name: node for name, node in nodes.items() if node.package == 'billiard_shot'}
     for name, node in own.items():
         file = yaml.safe_load(Path(node.files[0]).read_text())['/**']['ros__parameters']
@@ -120,6 +120,11 @@ def test_a_camera_is_tracked(launch_file):
     assert not without['table_sim'].settings['camera']
     assert 'table_tracker' in tracked
     assert tracked['table_sim'].settings['camera']
+    seen = started(launch_file, simulate='true', camera='true', pictures='true')
+    assert {'table_camera', 'table_tracker'} <= seen.keys()
+    assert not seen['table_sim'].settings['camera']
+    assert seen['table_sim'].remappings == {'table_state': 'simulated_table'}
+    assert tracked['table_sim'].remappings == {'table_state': 'table_state'}
 
 
 def test_a_player_serves_turns(launch_file):
@@ -169,7 +174,8 @@ def test_topics_of_the_view_are_relative_and_published(launch_file):
     assert len(topics) > 5
     for topic in topics:
         assert not topic.startswith('/')
-        assert topic.partition('/')[0] in (*started(launch_file), 'robot_description')
+        nodes = started(launch_file, pictures='true')
+        assert topic.partition('/')[0] in (*nodes, 'robot_description')
 
 
 def test_a_node_that_ends_is_started_again(launch_file):

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.distance import cdist
 
 from billiard_shot.film.cloth import apart, Cloth, Pixels
 from billiard_shot.film.lens import Bytes, Camera, Floats
@@ -30,7 +31,10 @@ INSIDE, OUTSIDE = 0.5, 0.45
 """How far a ray begins inside and ends outside of the outline [radii]."""
 
 ROUNDS = 4
-"""How often the outlines are moved."""
+"""How often the outlines are moved at most."""
+
+SETTLED = 2e-3
+"""Outlines that move by less are at their places [radii]."""
 
 LEAST_APART, NOISES = 16.0, 5.0
 """How far a colour must be from that of the cloth [of 255], and in deviations of its pixels."""
@@ -133,25 +137,30 @@ class BallFinder:
             Where balls may be, beside the spots of the picture [m].
 
         """
-        whole = picture.astype(np.float32)
-        gain = self.cloth.gain(whole)
+        gain = self.cloth.gain(picture)
         proposed = self._propose(picture, gain)
-        if expected is not None and len(expected):
-            proposed = np.concatenate([proposed, expected])
+        if expected is not None:
+            proposed = np.concatenate([expected, proposed])
         places = proposed[self._distinct(proposed, 0.7)]
         sigma = np.empty(0)
         for k in range(ROUNDS):
             if not len(places):
-                return Seen(places, np.empty(0), np.empty((0, 2)), np.empty((0, 3)), np.empty(0))
-            places, sigma, good = self._settle(whole, gain, places)
+                break
+            before = places
+            places, sigma, good = self._settle(picture, gain, places)
+            moves = np.abs(places - before)
             if k > 0:  # a spot that is no ball must not hide its neighbours
                 good &= (np.abs(places) < self.camera.half + self.radius).all(axis=1)
                 places, sigma = places[good], sigma[good]
                 order = np.argsort(sigma)
                 kept = order[self._distinct(places[order])]
                 places, sigma = places[kept], sigma[kept]
+                if (moves[good][kept] < SETTLED * self.radius).all():
+                    break
+        if not len(places):
+            return Seen(places, sigma, places, np.empty((0, 3)), np.empty(0))
         centres = self.camera.project(self._lifted(places))
-        colour, white = self._colours(whole, gain, centres, places)
+        colour, white = self._colours(picture, gain, centres, places)
         return Seen(places, sigma, centres, colour, white)
 
     def _propose(self, picture: Bytes, gain: float) -> Floats:
@@ -172,14 +181,15 @@ class BallFinder:
 
     def _distinct(self, places: Floats, least: float = 1.6) -> NDArray[np.int64]:
         """Return the places that are so many radii away from all before them."""
+        near = cdist(places, places) <= least * self.radius
         kept: list[int] = []
-        for k, place in enumerate(places):
-            if all(np.hypot(*(place - places[j])) > least * self.radius for j in kept):
+        for k, others in enumerate(near):
+            if not others[kept].any():
                 kept.append(k)
         return np.array(kept, np.int64)
 
     def _settle(
-        self, picture: Pixels, gain: float, places: Floats
+        self, picture: Bytes, gain: float, places: Floats
     ) -> tuple[Floats, Floats, NDArray[np.bool_]]:
         """Move outlines onto edges; return places, their deviations, and which are balls."""
         lifted = self._lifted(places)
@@ -204,11 +214,13 @@ class BallFinder:
         clear &= ~self._towards_others(middle, outline, radii)
         return self._moved(places, lifted, away, radii, edge, clear)
 
-    def _differences(self, picture: Pixels, gain: float, pixels: Floats) -> Pixels:
+    def _differences(self, picture: Bytes, gain: float, pixels: Floats) -> Pixels:
         """Return how far pixels (..., 2) are from the cloth."""
         flat = pixels.reshape(len(pixels), -1, 2).astype(np.float32)
         seen = cv2.remap(picture, flat[..., 0], flat[..., 1], cv2.INTER_LINEAR)
-        return apart(seen, self._cloth_at(flat), gain).reshape(pixels.shape[:-1])
+        return apart(seen.astype(np.float32), self._cloth_at(flat), gain).reshape(
+            pixels.shape[:-1]
+        )
 
     def _cloth_at(self, pixels: NDArray[np.floating]) -> Pixels:
         """Return the colours of the cloth at the pixels (..., 2) of the picture."""
@@ -267,7 +279,7 @@ class BallFinder:
         return places + step[:, :2], sigma, good
 
     def _colours(
-        self, picture: Pixels, gain: float, centres: Floats, places: Floats
+        self, picture: Bytes, gain: float, centres: Floats, places: Floats
     ) -> tuple[Floats, Floats]:
         """Return the colours of the cores, and how much of each is white."""
         radii = self._radii(places)

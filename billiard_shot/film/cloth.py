@@ -49,11 +49,7 @@ class Cloth:
     bed: Bytes
     noise: float
 
-    def apart(self, picture: Pixels, gain: float = 1.0) -> Pixels:
-        """Return how far pixels (height, width, 3) are from the colours of the cloth."""
-        return apart(picture, self.colour, gain)
-
-    def gain(self, picture: Pixels) -> float:
+    def gain(self, picture: Bytes) -> float:
         """Return how much brighter a picture is than the one of the fit, as phones change it."""
         step = max(1, self.bed.shape[1] // 60)
         part = (slice(step // 2, None, step),) * 2
@@ -62,11 +58,15 @@ class Cloth:
 
 
 def apart(picture: Pixels, cloth: Pixels, gain: float = 1.0) -> Pixels:
-    """Return how far colours (..., 3) are from the segments of the colours of cloth (..., 3)."""
-    square = np.maximum(np.einsum('...i,...i', cloth, cloth), 1.0)
-    part = np.einsum('...i,...i', picture, cloth) / square
+    """Return how far colours (n, m, 3) are from the segments of the colours of cloth."""
+    part = _sums(picture * cloth) / np.maximum(_sums(cloth * cloth), 1.0)
     rest = picture - np.clip(part, DARKEST * gain, BRIGHTEST * gain)[..., np.newaxis] * cloth
-    return np.sqrt(np.einsum('...i,...i', rest, rest))
+    return np.sqrt(_sums(rest * rest))
+
+
+def _sums(colours: NDArray[np.floating]) -> Pixels:
+    """Return the sums over channels of colours (n, m, 3), as `sum(-1)`, but ten times faster."""
+    return cv2.transform(colours, np.ones((1, 3), np.float32))
 
 
 def fit_cloth(picture: Bytes, camera: Camera, height: float) -> Cloth:
@@ -89,10 +89,7 @@ def fit_cloth(picture: Bytes, camera: Camera, height: float) -> Cloth:
     """
     high, wide = picture.shape[:2]
     bed = np.zeros((high, wide), np.uint8)
-    signs = np.array([[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]])
-    corners = np.linspace(signs, np.roll(signs, -1, axis=0), 20, axis=1).reshape(-1, 2)
-    rim = np.column_stack([corners * (camera.half + 0.3 * height), np.full(len(corners), height)])
-    cv2.fillPoly(bed, [np.round(camera.project(rim)).astype(np.int32)], 1)
+    cv2.fillPoly(bed, [np.round(camera.rim(height, 0.3 * height)).astype(np.int32)], 1)
     step = max(1, wide // 320)
     inner = cv2.erode(bed, np.ones((5, 5), np.uint8))[::step, ::step] > 0
     v, u = np.mgrid[0:high:step, 0:wide:step]

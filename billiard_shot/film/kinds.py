@@ -14,8 +14,14 @@ from billiard_shot.scene.placement import CUE_BALL
 BRIGHTEST = 235.0
 """Of the white of a ball, to which the colours of a film are scaled [of 255]."""
 
+LEAST_WHITE = 120.0
+"""If all balls are darker, none of them is white [of 255]."""
+
 STRIPED, WHITE = 0.4, 80.0
-"""Mean share of white of a striped ball, and what a whole share costs [units of L*a*b*]."""
+"""Usual share of white of a striped ball, and what a whole share costs [units of L*a*b*]."""
+
+SIDE = 20.0
+"""What it costs that a striped ball looks as white as the cue ball [units of L*a*b*]."""
 
 MOST_APART = 60.0
 """Colours that differ more are those of other balls [units of L*a*b*]."""
@@ -29,12 +35,45 @@ def _lab(colours: Floats) -> Floats:
     return cv2.cvtColor(rows, cv2.COLOR_RGB2LAB)[0].astype(np.float64)
 
 
-def _stated(name: str) -> tuple[list[int], float]:
-    """Return the colour of a ball [of 255], and its share of white."""
+def _stated(name: str) -> Floats:
+    """Return the colour of a ball (3,) [of 255]."""
     code = ball_colour(name)
-    colour = [int(code[k : k + 2], 16) for k in (1, 3, 5)]
-    white = 1.0 if name in (CUE_BALL, 'white') else STRIPED if is_striped(name) else 0.0
-    return colour, white
+    return np.array([int(code[k : k + 2], 16) for k in (1, 3, 5)], float)
+
+
+def _apart(paths: Sequence[Path], names: Sequence[str], whitest: Floats) -> Floats:
+    """Return how far tracks and balls are apart (paths, names) [units of L*a*b*]."""
+    scale = BRIGHTEST / max(float(whitest.max(initial=0.0)), LEAST_WHITE)
+    known = _lab(np.array([_stated(name) for name in (*names, CUE_BALL)]))
+    seen = _lab(scale * np.array([path.colour for path in paths]))
+    shares = np.array([[np.mean(path.white)] for path in paths])
+    *each, white = np.linalg.norm(seen[:, np.newaxis] - known, axis=-1).T
+    apart: Floats = np.transpose(each)
+    is_striped_ball = np.array([is_striped(name) for name in names])
+    is_white = np.array([name in (CUE_BALL, 'white') for name in names])
+    # a ball whose white side is up shows little of its stripe
+    side = np.minimum(apart, white[:, np.newaxis] + SIDE) + WHITE * np.maximum(
+        STRIPED - shares, 0.0
+    )
+    return np.where(is_striped_ball, side, apart + WHITE * np.abs(shares - is_white))
+
+
+def likely_names(paths: Sequence[Path], names: Sequence[str]) -> list[tuple[int, str, float]]:
+    """
+    Give tracks of the last pictures the names of balls, as far as they have their colours.
+
+    Returns
+    -------
+    found : list of (int, str, float)
+        Index of the track, name, and how like they are, from 1 to 0; no name twice.
+
+    """
+    if not paths:
+        return []
+    apart = _apart(paths, names, np.array([path.colour for path in paths]))
+    rows, columns = linear_sum_assignment(apart)
+    likeness = np.maximum(1.0 - apart / (2.0 * MOST_APART), 0.0)
+    return [(i, names[k], float(likeness[i, k])) for i, k in zip(rows, columns, strict=True)]
 
 
 def named(
@@ -60,14 +99,9 @@ def named(
         return {}, []
     order = sorted(paths, key=lambda path: -len(path.time))
     colours = np.array([path.colour for path in order])
-    shares = np.array([np.mean(path.white) for path in order])
-    scale = BRIGHTEST / max(float(colours[: len(names)].max()), 1.0)
-    stated = [_stated(name) for name in names]
-    seen, known = _lab(scale * colours), _lab(np.array([each[0] for each in stated], float))
-    apart = np.linalg.norm(seen[:, np.newaxis] - known, axis=-1)
-    apart += WHITE * np.abs(shares[:, np.newaxis] - [each[1] for each in stated])
     first = min(len(names), len(order))
-    rows, columns = linear_sum_assignment(apart[:first])
+    apart = _apart(order[:first], names, colours[:first])
+    rows, columns = linear_sum_assignment(apart)
     parts: dict[str, list[Path]] = {}
     means = np.full((len(names), 3), np.inf)
     given_up = []

@@ -43,6 +43,9 @@ PIXEL = 0.3
 CORNER = 3.0
 """Deviation of a corner that somebody clicks, or that straight lines make [px]."""
 
+SIGNS = np.array([[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]])
+"""Of x and y at the corners of the table, counter-clockwise as seen from above."""
+
 STEPS = 8
 """Of Newton's method for directions; each gives some two digits."""
 
@@ -80,6 +83,12 @@ class Camera:
     def middle(self) -> Floats:
         """The pixel on the axis."""
         return 0.5 * (np.array(self.size) - 1.0)
+
+    @property
+    def turned(self) -> 'Camera':
+        """The same camera in the frame that is turned by half a turn."""
+        back = np.array([-1.0, -1.0, 1.0])
+        return replace(self, rotation=self.rotation * back, place=self.place * back)
 
     def project(self, points: Floats) -> Floats:
         """Return the pixels (..., 2) of points (..., 3) [m]."""
@@ -122,6 +131,11 @@ class Camera:
         middle, reach = (places - nearer * ahead)[:, np.newaxis], wide[:, np.newaxis]
         across = np.cos(angle) * right[:, np.newaxis] + np.sin(angle) * down[:, np.newaxis]
         return self.project(middle + reach * across)
+
+    def rim(self, height: float, beyond: float = 0.0) -> Floats:
+        """Return the pixels (n, 2) of the noses at a height, or of lines that far behind [m]."""
+        corners = np.linspace(SIGNS, np.roll(SIGNS, -1, axis=0), 30, axis=1).reshape(-1, 2)
+        return self.project(np.insert(corners * (self.half + beyond), 2, height, axis=1))
 
     def slopes(self, places: Floats) -> Floats:
         """Return how pixels move (n, 2, 2) [px/m] with x and y of points (n, 3) [m]."""
@@ -192,13 +206,12 @@ def camera_of_corners(corners: Floats, half: Floats, height: float, size: Sequen
         Width and height of the picture [px].
 
     """
-    signs = np.array([[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]])
     across = np.tile(np.eye(2), (4, 1))
     found = []
     for turn in range(2):
         seen = np.repeat(np.roll(corners, turn, axis=0), 2, axis=0)
-        edges = Edges(np.repeat(signs, 2, axis=0), seen, across)
-        places = np.column_stack([signs * half, np.full(4, height)])
+        edges = Edges(np.repeat(SIGNS, 2, axis=0), seen, across)
+        places = np.insert(SIGNS * half, 2, height, axis=1)
         for focal in (0.6, 0.9, 1.4):
             f = focal * max(size)
             middle = 0.5 * (np.array(size) - 1.0)
@@ -214,10 +227,8 @@ def camera_of_corners(corners: Floats, half: Floats, height: float, size: Sequen
     if not found:
         raise ValueError('the corners make no rectangle that a camera above it sees')
     best = min(found, key=lambda each: each[1])[0]
-    if best.rotation[0, 0] < 0.0:  # the length of the table points to the right
-        half_turn = np.array([-1.0, -1.0, 1.0])
-        best = replace(best, rotation=best.rotation * half_turn, place=best.place * half_turn)
-    return best
+    # the length of the table points to the right
+    return best.turned if best.rotation[0, 0] < 0.0 else best
 
 
 def fit_camera(

@@ -3,7 +3,6 @@
 from base64 import b64encode
 from collections.abc import Iterator, Sequence
 from html import escape
-from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
 
@@ -144,15 +143,11 @@ def _line(kind: str, pixels: Floats, colour: str = '') -> str:
 
 
 def _table(result: FilmResult, height: float) -> str:
-    camera = result.table.camera
-    signs = np.array([[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0], [1.0, 1.0]])
-    corners = np.concatenate([np.linspace(a, b, 30) for a, b in pairwise(signs)])
-    lifted = np.column_stack([corners * camera.half, np.full(len(corners), height)])
     dots = ''.join(
         f'<circle class="sight" cx="{u:.1f}" cy="{v:.1f}" r="3"/>'
         for u, v in result.table.sights.pixel
     )
-    return _line('nose', camera.project(lifted)) + dots
+    return _line('nose', result.table.camera.rim(height)) + dots
 
 
 def _drawn(result: FilmResult, shot: Shot, radius: float, camera: Camera) -> Drawn:

@@ -6,6 +6,7 @@ matched at once, with the least sum of costs (Kuhn 1955, The Hungarian method). 
 its track, and is looked for in a circle that grows.
 """
 
+from bisect import bisect_left
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -143,6 +144,15 @@ class Tracker:
             if k not in taken:
                 self.paths.append(path := Path())
                 path.add(seen, k, float(times[k]))
+
+    def forget(self, before: float) -> None:
+        """Forget the sights before a time [s], and the paths without others."""
+        self.paths = [path for path in self.paths if path.time[-1] >= before]
+        self.unsure.clear()
+        for path in self.paths:
+            old = bisect_left(path.time, before)
+            for each in (path.time, path.place, path.sigma, path.white):
+                del each[:old]
 
     def _costs(self, paths: list[Path], seen: Seen, time: float) -> Floats:
         """Return the costs (paths, balls) of matches; infinite ones cannot be."""

@@ -1,7 +1,7 @@
 """Runs a node until a signal ends it; when messages were written, and by whom."""
 
 import argparse
-from collections.abc import Awaitable, Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 import contextlib
 import gc
 import inspect
@@ -156,7 +156,7 @@ def steady_timer(
     return node.create_timer(period, callback, clock=clock, autostart=autostart)
 
 
-def in_thread(node: Node, work: Callable[[], Any]) -> Awaitable[Any]:
+def in_thread(node: Node, work: Callable[[], Any]) -> 'Future[Any]':
     """
     Do some work in a thread, while the node answers other requests.
 

@@ -91,6 +91,9 @@ class OfRobot:
         Also start a simulated table and, with the interface topic, a mechanism.
     camera : bool
         Also start the table_tracker, for the detections of a camera.
+    pictures : bool
+        Also start table_camera and table_tracker, for the pictures of a camera; a simulated table
+        then publishes simulated_table.
     player : bool
         Also start the node that plays the turns of the action play_turn.
     interface : str
@@ -103,6 +106,7 @@ class OfRobot:
     scene: str = 'paper'
     simulate: bool = False
     camera: bool = False
+    pictures: bool = False
     player: bool = False
     interface: str = option(default='topic', choices=('topic', 'follow_joint_trajectory'))
     record: str = ''
@@ -116,14 +120,18 @@ def nodes_of(ros: Sequence[str], robot: OfRobot) -> dict[str, tuple[str, ...]]:
     own = settings(autostart='true', interface=robot.interface)
     driver = (*settings(state_file=f"'{kept}'"), *on_it, *own, *patience)
     nodes = {'predictor': on_it, 'planner': on_it, 'cue_driver': driver}
-    if robot.camera:
+    if robot.pictures:
+        nodes['table_camera'] = on_it
+    if robot.camera or robot.pictures:
         nodes['table_tracker'] = on_it
     if robot.record:
         nodes['shot_recorder'] = (*on_it, *settings(file=robot.record))
     if robot.player:
         nodes['player'] = (*ros, '--', '--serve', '--scene', robot.scene)
     if robot.simulate:
-        nodes['table_sim'] = (*on_it, *settings(camera=robot.camera), *patience)
+        table = ('-r', 'table_state:=simulated_table') if robot.pictures else ()
+        camera = settings(camera=robot.camera and not robot.pictures)
+        nodes['table_sim'] = (*on_it, *camera, *table, *patience)
         if robot.interface == 'topic':
             nodes['cue_sim'] = (*ros, *patience)
     return nodes

@@ -20,7 +20,7 @@ from billiard_shot.pictures.colours import ball_colour, is_striped
 from billiard_shot.table.run.outline import outline_of
 
 LAMPS = np.array([[-0.6, 0.1, 1.1], [0.7, -0.1, 1.2]])  # m, above the table
-CLOTHS = {'blue': (0.02, 0.10, 0.33), 'green': (0.02, 0.20, 0.09)}
+CLOTHS = {'blue': (0.02, 0.10, 0.33), 'green': (0.02, 0.20, 0.09), 'pool': (0.004, 0.23, 0.49)}
 WOOD, FLOOR, SIGHT = (0.10, 0.05, 0.03), (0.12, 0.11, 0.10), (0.8, 0.8, 0.75)
 GAMMA, FINE, DARK = 2.2, 2, 0.35
 SIGHT_RADIUS, SIGHT_AWAY, RAIL_UP = 0.006, 0.094, 0.004  # m; the last: above the nose
@@ -350,3 +350,19 @@ def filmed(path, scene, filming, shots=1, seed=1, begin=0.0, end=None, **how):
     times = np.arange(begin, min(end or motion.end, motion.end), 1.0 / filming.rate)
     write_film(path, Painter(scene, motion, filming), times)
     return motion
+
+
+class Placed:
+    """Balls that lie where `places` (x, y, z) [m] says; z = 0: not on the table."""
+
+    def __init__(self, names, radius):
+        self.radius, self.strikers, self.places = radius, [], dict.fromkeys(names, (0.0,) * 3)
+
+    def put(self, places):
+        """Take all balls away, and put some at places (x, y) [m]."""
+        self.places = dict.fromkeys(self.places, (0.0,) * 3)
+        self.places |= {name: (x, y, self.radius) for name, (x, y) in places.items()}
+
+    def at(self, name, times):
+        """Places (..., 3) of a ball."""
+        return np.broadcast_to(self.places[name], (*np.shape(times), 3))

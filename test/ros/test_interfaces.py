@@ -27,6 +27,7 @@ from billiard_shot.ros.cue_sim import CueSimParameters
 from billiard_shot.ros.parameters import descriptors, TOPIC_NAME
 from billiard_shot.ros.planner import PlannerParameters
 from billiard_shot.ros.predictor import PredictorParameters
+from billiard_shot.ros.table_camera import TableCameraParameters
 from billiard_shot.ros.table_display import TableDisplayParameters
 from billiard_shot.ros.table_sim import CameraErrors, TableSimParameters
 from billiard_shot.ros.table_tracker import TableTrackerParameters
@@ -53,6 +54,7 @@ PARAMETERS = {
     'cue_model': [CueModelParameters],
     'cue_sim': [CueSimParameters, Imperfections, Faults],
     'table_sim': [TableSimParameters, CameraErrors, Alignment],
+    'table_camera': [TableCameraParameters],
     'table_display': [TableDisplayParameters],
     'table_tracker': [TableTrackerParameters, TrackerSettings],
 }
@@ -84,6 +86,8 @@ def test_parameter_files_hold_the_defaults(node):
         ('cue_driver', 'joint_names', ['a', 'b'], 'joint_names'),
         ('cue_driver', 'estop_timeout', math.nan, 'estop_timeout'),
         ('cue_driver', 'controller', '9x', 'topic must be words'),
+        ('table_camera', 'corners', [1.0, 2.0], 'u and v of four corners'),
+        ('table_camera', 'balls', [''], 'balls'),
     ],
 )
 def test_bad_values_are_refused_by_name(node, program, name, value, words):

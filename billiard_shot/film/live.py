@@ -1,0 +1,129 @@
+"""
+Balls in the pictures of a fixed camera, as the pictures come.
+
+The first pictures tell the table and the light on its cloth. Then each picture is searched for
+balls, near their expected places and where it differs from the cloth; the colours of the last
+seconds tell their names.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+
+from billiard_shot.film.balls import BallFinder
+from billiard_shot.film.cloth import fit_cloth
+from billiard_shot.film.kinds import likely_names
+from billiard_shot.film.lens import Bytes, Camera, Floats
+from billiard_shot.film.reading import Steady
+from billiard_shot.film.table_in_picture import find_table
+from billiard_shot.film.tracks import Tracker
+from billiard_shot.scene import Scene
+from billiard_shot.table.run.outline import outline_of
+
+MEMORY = 2.0
+"""Time for which sights of balls are kept [s]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FoundBall:
+    """
+    A ball in a picture.
+
+    Parameters
+    ----------
+    name : str
+    likeness : float
+        From 1, if colour and share of white are those of the name, to 0.
+    place : (2,) float array
+        [m]
+    sigma : float
+        Standard deviation of x and of y [m].
+
+    """
+
+    name: str
+    likeness: float
+    place: Floats
+    sigma: float
+
+
+class LiveTable:
+    """
+    The table and the balls of one camera.
+
+    Parameters
+    ----------
+    pictures : sequence of (height, width, 3) uint8 arrays
+        RGB. Their median shows the table: the more balls and hands move, the better.
+    scene : Scene
+        Its table and the radius of its balls.
+    names : sequence of str
+        Of the balls that may be on the table.
+    corners : (4, 2) float array, optional
+        Where the lines of the noses cross [px]; by default they are found.
+    turned : bool
+        Whether the x axis of the table points to the left in the picture.
+
+    Raises
+    ------
+    ValueError
+        If the pictures show no table, or too little of one.
+
+    """
+
+    def __init__(
+        self,
+        pictures: Sequence[Bytes],
+        scene: Scene,
+        names: Sequence[str],
+        corners: Floats | None = None,
+        turned: bool = False,
+    ) -> None:
+        middle = np.median(pictures, axis=0).astype(np.uint8)
+        self.table = find_table(middle, scene, corners)
+        if turned:
+            self.table = replace(self.table, camera=self.table.camera.turned)
+        self._height, self._radius = outline_of(scene).height, scene.ball.radius
+        self._names = names
+        cloth = fit_cloth(middle, self.table.camera, self._height)
+        self._finder = BallFinder(self.table.camera, cloth, self._radius)
+        self._tracker, self._steady = Tracker(self._radius), Steady(middle, cloth.bed)
+
+    @property
+    def camera(self) -> Camera:
+        """The camera, in the frame of the table."""
+        return self.table.camera
+
+    def balls(self, picture: Bytes, time: float) -> list[FoundBall]:
+        """Find the balls of a picture that was taken at a time [s], later than those before."""
+        tracker = self._tracker
+        seen = self._finder.find(picture, tracker.expected(time))
+        tracker.add(seen, time, np.full(len(seen.place), time))
+        tracker.forget(time - MEMORY)
+        paths = [path for path in tracker.paths if path.time[-1] == time]
+        return [
+            FoundBall(name, likeness, paths[i].place[-1], paths[i].sigma[-1])
+            for i, name, likeness in likely_names(paths, self._names)
+        ]
+
+    def move(self, picture: Bytes) -> float:
+        """Return how far the camera has moved [px]: inf if its marks are hidden, 0 without any."""
+        return self._steady.largest([picture])
+
+    def outlined(self, picture: Bytes, balls: Sequence[FoundBall]) -> Bytes:
+        """Return a picture in which noses and balls are outlined, and balls have their names."""
+        shown = picture.copy()
+        places = np.array([[*ball.place, self._radius] for ball in balls]).reshape(-1, 3)
+        rings = self.camera.outlines(places, self._radius, 32)
+        for line, colour in [
+            (self.camera.rim(self._height), (240, 228, 66)),
+            *((ring, (255, 255, 255)) for ring in rings),
+        ]:
+            fine = np.round(8.0 * line).astype(np.int32)
+            cv2.polylines(shown, [fine], True, colour, 1, cv2.LINE_AA, 3)
+        for ball, ring in zip(balls, rings, strict=True):
+            u, v = ring.max(axis=0).astype(int).tolist()
+            cv2.putText(shown, ball.name, (u, v), cv2.FONT_HERSHEY_SIMPLEX, 0.5, (255,) * 3)
+        return shown
