@@ -13,9 +13,15 @@ from billiard_shot.scene.fields import boolean, check, choice, number, section
 # Restitution, friction and fading of the cushion models: Mathavan, Jackson and Parkin (Proc.
 # IMechE C 224, 2010), measured for snooker cushions up to 2.5 m/s, with a fading that fits their
 # measurements up to 3.5 m/s (Am. J. Phys. 77, 2009); Han (J. Mech. Sci. Technol. 19, 2005), who
-# neglects the cloth, with van Balen's restitution and friction from Alciatore's range. Scenes of
-# pool use them too, because the values published for pool are not conclusive (docs/measured.md).
-CUSHIONS = {'mathavan': (0.98, 0.14, 0.11), 'han': (0.85, 0.2, 0.0)}
+# neglects the cloth, with van Balen's restitution and friction from Alciatore's range; Stronge
+# (Impact Mechanics, 2nd ed., 2018) with the same, and a frequency ratio of elastic bodies. Scenes
+# of pool use them too, because the values published for pool are not conclusive
+# (docs/measured.md).
+CUSHIONS = {
+    'mathavan': (0.98, 0.14, 0.11, 0.0),
+    'han': (0.85, 0.2, 0.0, 0.0),
+    'stronge': (0.85, 0.2, 0.0, 1.7),
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +81,8 @@ class Cushion:
         restitution (Mathavan 2010), and its continuation to balls that hop. It is the default
         because it was measured, up to 2.5 m/s, and because it includes the cloth, as the strike
         does. `han`: ball and cushion alone, in closed form (Han 2005), for balls on the cloth;
-        those in the air meet the default model.
+        those in the air meet the default model. `stronge`: the same two, with a spring along the
+        surface of the nose, see `frequency_ratio`.
     restitution : float, optional
         0.05 to 1; by default that of the model, see `CUSHIONS`.
     friction : float, optional
@@ -99,11 +106,12 @@ class Cushion:
         `BallBall.stiffness`.
     frequency_ratio : float
         Frequency of the ball on the spring along the surface of the nose, relative to that on the
-        normal spring: the root of (1 + m r^2 / I) times the ratio of stiffnesses; at most 3. 0:
-        the nose has no such spring, and is rigid along its surface. Stronge (Impact Mechanics, 2nd
-        ed., 2018, chapter 5) has 1.5 to 1.7 for elastic bodies, whose ratio of stiffnesses is
-        (2 - 2 nu) / (2 - nu) at Poisson's ratio nu. It does not matter if the struck ball touches
-        a cushion, or if a ball on the cloth meets a cushion of model `han`.
+        normal spring: the root of (1 + m r^2 / I) times the ratio of stiffnesses; at most 3. 0,
+        the default of `mathavan`: the nose has no such spring, and is rigid along its surface.
+        Stronge (Impact Mechanics, 2nd ed., 2018, chapter 5) has 1.5 to 1.7, the default of
+        `stronge`, for elastic bodies, whose ratio of stiffnesses is (2 - 2 nu) / (2 - nu) at
+        Poisson's ratio nu. It does not matter if the struck ball touches a cushion, or if a ball
+        on the cloth meets a cushion of model `han`.
 
     """
 
@@ -118,7 +126,9 @@ class Cushion:
     depth: float = number('m', above=0, maximum=1, default=0.0508)
     duration: float = number('s', minimum=0, maximum=0.02, default=5e-3)
     stiffness: float = number('any unit', above=0, default=0.1)
-    frequency_ratio: float = number('', minimum=0, maximum=3, default=0.0)
+    frequency_ratio: float = number(
+        '', minimum=0, maximum=3, derived=lambda cushion: CUSHIONS[cushion.model][3]
+    )
 
     def __post_init__(self) -> None:
         check(self)

@@ -53,7 +53,7 @@ def test_carom_table(data):
         ({'corner': {'cut_deg': 90}}, r'table\.corner\.cut_deg must .*above 90.*, got 90'),
         (
             {'cushion': {'model': 'rubber'}},
-            r"table\.cushion\.model must .* mathavan, han, got 'rubber'",
+            r"table\.cushion\.model must .* mathavan, han, stronge, got 'rubber'",
         ),
         ({'width': 0.17}, r'table\.width must be above 0\.1785 with these pockets, got 0\.17'),
     ],

@@ -10,6 +10,7 @@ from billiard_shot.table.run.effects import EffectContext, TABLE_GATES
 from billiard_shot.table.run.results import EventKind
 
 HAN = scene_with(cushion={'model': 'han'})
+STRONGE = scene_with(cushion={'model': 'stronge'})
 
 
 def test_a_ball_touches_the_nose_where_its_height_says():
@@ -51,7 +52,26 @@ def test_han_is_for_balls_on_the_cloth():
     assert '1 in the air, where `han` does not hold' in cushion.evaluate(context)[1]
 
 
-@pytest.mark.parametrize('model', ['mathavan', 'han'])
+# Of pooltool 0.6.0, `stronge_compliant`, with a normal of the same slope: velocity [m/s] and spin
+# [rad/s] before and after.
+@pytest.mark.parametrize(
+    ('velocity', 'spin', 'left', 'turns'),
+    [
+        ((1.2, 0.7), (-10, 20, 30), (-0.914468, 0.326803), (-1.184321, 1.755075, -1.438029)),
+        ((2.0, 0.2), (0, 60, 0), (-1.621897, 0.137039), (1.487271, -2.093563, -5.303830)),
+        ((0.5, 0.9), (10, -30, -40), (-0.312677, 0.963927), (8.489907, -15.453828, -34.614783)),
+    ],
+)
+def test_rebounds_with_stronge_are_those_of_pooltool(velocity, spin, left, turns):
+    scene = scene_with(cushion={'model': 'stronge', 'frequency_ratio': 1.8})
+    nose = 0.5 * scene.table.length - np.sqrt(1.0 - 0.27**2) * R
+    run = play(scene, cue=state(nose - 1e-9, 0.3, (*velocity, 0), spin))
+    rebound = after(run, 'cue', EventKind.CUSHION)
+    assert rebound.velocity == pytest.approx([*left, 0], abs=2e-5)
+    assert rebound.spin == pytest.approx(turns, abs=1e-3)
+
+
+@pytest.mark.parametrize('model', ['mathavan', 'han', 'stronge'])
 @pytest.mark.parametrize('speed', [0.2, 1.0, 5.0])
 def test_restitution_fades_with_speed_early_and_late(model, speed):
     numbers = {'restitution': 0.93, 'friction': 0.0, 'early_fading': 0.06, 'fading': 0.1}
@@ -63,7 +83,7 @@ def test_restitution_fades_with_speed_early_and_late(model, speed):
     assert left == pytest.approx(0.93 / (1.0 + 0.06 * met + (0.1 * met) ** 2), rel=1e-3)
 
 
-@pytest.mark.parametrize('scene', [POOL, HAN], ids=['mathavan', 'han'])
+@pytest.mark.parametrize('scene', [POOL, HAN, STRONGE], ids=['mathavan', 'han', 'stronge'])
 def test_a_mirrored_shot_is_mirrored(scene):
     states = {'cue': ((2, 1.1, 0), (20, 30, 40))}
     ((velocity, spin),) = states.values()
@@ -79,7 +99,7 @@ def test_a_mirrored_shot_is_mirrored(scene):
     )
 
 
-@pytest.mark.parametrize('scene', [POOL, HAN], ids=['mathavan', 'han'])
+@pytest.mark.parametrize('scene', [POOL, HAN, STRONGE], ids=['mathavan', 'han', 'stronge'])
 def test_running_english_widens_and_reverse_narrows_the_rebound(scene):
     angles = []
     for spin in (-40, 0, 40):
@@ -94,6 +114,7 @@ def test_no_cushion_gains_energy():
     for scene in (
         POOL,
         HAN,
+        STRONGE,
         scene_with(cushion={'restitution': 1.0}),
         scene_with(cushion={'restitution': 0.05}),
     ):

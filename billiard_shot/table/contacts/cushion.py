@@ -12,9 +12,10 @@ import math
 from billiard_shot.compiled import inner
 from billiard_shot.table.contacts.cushion_models import (
     collide_lying,
+    HAN,
     interpolate_rebound,
-    MATHAVAN,
     restitution_at,
+    STRONGE,
 )
 from billiard_shot.table.contacts.rebound import ALONG, follow, VX, VY, VZ, WX, WY, WZ, Y, Z
 from billiard_shot.table.model.geometry import TableModel, TableNumbers
@@ -96,7 +97,7 @@ def collide_cushion(table: TableModel, r: Rebound, ball: BallRecord, feature: in
     """
     x, y, z = normal_at(table, ball, feature)
     lies = ball.position[2] == table.params.radius
-    if lies and table.numbers.cushion_model != MATHAVAN:
+    if lies and table.numbers.cushion_model == HAN:
         r.state[ALONG] = collide_lying(table, ball, x, y, z)
         r.time, r.held = table.numbers.cushion_duration, True
         return True
@@ -107,7 +108,12 @@ def collide_cushion(table: TableModel, r: Rebound, ball: BallRecord, feature: in
 def collide_compliant(
     table: TableModel, r: Rebound, ball: BallRecord, x: float, y: float, z: float
 ) -> bool:
-    """Let a ball collide with a cushion whose normal is (x, y, z), as rebound.py says."""
+    """
+    Let a ball collide with a cushion whose normal is (x, y, z), as rebound.py says.
+
+    With the model of Stronge a ball that lies meets the nose as if there were no cloth, which then
+    takes what the ball has of a vertical velocity.
+    """
     params, n = table.params, table.numbers
     v, w, state, radius = ball.velocity, ball.spin, r.state, params.radius
     flat = math.sqrt(x * x + y * y)
@@ -118,14 +124,15 @@ def collide_compliant(
     p, q = (x / flat, y / flat) if flat > 0.0 else (1.0, 0.0)
     turning, period = radius / speed, n.cushion_duration / math.pi
     length, height = speed * period, ball.position[2] - radius
-    r.held = height <= 0.0 and v[2] <= 0.0
+    lies = height <= 0.0 and v[2] <= 0.0
+    r.held = lies and n.cushion_model != STRONGE
     state[Y] = 0.0
     state[Z] = max(height, 0.0) / length if length > 0.0 else UNREACHED_HEIGHT
-    if r.held:
-        state[Z] = 0.0
+    if lies:
+        state[Z] = 0.0 if r.held else UNREACHED_HEIGHT
     state[ALONG] = 0.0
     state[VX], state[VY] = (p * v[1] - q * v[0]) / speed, -(p * v[0] + q * v[1]) / speed
-    state[VZ] = 0.0 if r.held else v[2] / speed
+    state[VZ] = 0.0 if lies else v[2] / speed
     state[WX], state[WY] = turning * (p * w[1] - q * w[0]), -turning * (p * w[0] + q * w[1])
     state[WZ] = turning * w[2]
     r.time, r.sine, r.cosine = 0.0, -z, flat
@@ -135,10 +142,12 @@ def collide_compliant(
     r.cloth_friction = min(params.sliding_friction, GRIP)
     r.bounce_restitution, r.bounce_friction = params.cloth_restitution, params.cloth_friction
     error = min(COARSEST_STEP, STEP_SHARE * table.tolerance)
-    if not r.held:
+    if not lies:
         error *= IN_THE_AIR
     solved = r.held and len(table.rebounds) > 0 and interpolate_rebound(table.rebounds, r)
     solved = solved or follow(r, max(error, FINEST_STEP))
+    if lies and n.cushion_model == STRONGE:
+        r.held, state[Z], state[VZ] = True, 0.0, 0.0
     ball.exit_velocity[0] = -speed * (q * state[VX] + p * state[VY])
     ball.exit_velocity[1] = speed * (p * state[VX] - q * state[VY])
     ball.exit_velocity[2] = speed * state[VZ]

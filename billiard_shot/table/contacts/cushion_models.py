@@ -47,8 +47,8 @@ if TYPE_CHECKING:
     from billiard_shot.table.model.geometry import TableModel, TableNumbers
     from billiard_shot.table.model.motion import BallRecord
 
-MATHAVAN, HAN = 0, 1
-CUSHION_MODELS = {'mathavan': MATHAVAN, 'han': HAN}
+MATHAVAN, HAN, STRONGE = 0, 1, 2
+CUSHION_MODELS = {'mathavan': MATHAVAN, 'han': HAN, 'stronge': STRONGE}
 LEAST_RESTITUTION = 0.05  # that of scenes
 
 
