@@ -157,10 +157,10 @@ NODES = {
     'cue_sim': PATIENT['cue_sim'],
     'table_sim': (*PATIENT['table_sim'], *ON_ROBOT_TABLE, '-r', 'table_state:=simulated_table'),
     'table_camera': ON_ROBOT_TABLE,
-    'table_tracker': ON_ROBOT_TABLE,
+    'table_tracker': (*ON_ROBOT_TABLE, '-p', 'lost_after:=5.0'),
     'predictor': (),
 }
-BALLS = {'1': (1.12, 0.45), '3': (-1.05, -0.5), '6': (0.15, 0.5)}
+BALLS = {'1': (1.17, 0.54), '3': (-1.17, -0.54), '6': (1.17, -0.54)}
 
 
 @pytest.mark.slow
