@@ -108,7 +108,7 @@ def test_the_command_writes_what_a_calibration_reads(overhead, tmp_path, capsys)
     assert set(recording.shots[0].tracks) == {'cue', 'yellow', 'red'}
     tracking_of(recording)  # the stated deviations are not contradicted
     page = (tmp_path / 'shots.html').read_text()
-    assert page.count('<svg') == 1 + 2
+    assert page.count('<img') == 1 + 2
     assert '--corners' in page
 
 

@@ -155,7 +155,10 @@ def test_balls_are_detected_and_a_camera_that_moves_is_noticed(node, launch_once
 NODES = {
     'cue_driver': (*PATIENT['cue_driver'], *ON_ROBOT_TABLE),
     'cue_sim': PATIENT['cue_sim'],
-    'table_sim': (*PATIENT['table_sim'], *ON_ROBOT_TABLE, '-r', 'table_state:=simulated_table'),
+    'table_sim': (
+        *('-p', 'real_time_factor:=20.0', *ON_ROBOT_TABLE),
+        *('-r', 'table_state:=simulated_table'),
+    ),
     'table_camera': ON_ROBOT_TABLE,
     'table_tracker': (*ON_ROBOT_TABLE, '-p', 'lost_after:=5.0'),
     'predictor': (),
@@ -185,5 +188,6 @@ def test_three_balls_are_cleared_from_pictures(node, launch_once):
     seen = cell.player.until(lambda: len(cell.player.table.balls) == 2, PATIENCE)
     assert seen, 'the camera does not see the cue ball and the 8'
     ended = turn.play()
-    assert ended == (PlayTurn.Result.OVER, 'player 0 wins'), (ended, said)
+    told = '\n'.join([*said, *cell.logged('table_camera')])
+    assert ended == (PlayTurn.Result.OVER, 'player 0 wins'), f'{ended}: {told}'
     cell.close()
