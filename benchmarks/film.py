@@ -20,8 +20,8 @@ from tools.timing import Report
 
 from billiard_shot import Scene
 from billiard_shot.film.film import read_film
+from billiard_shot.film.page import drawn
 from billiard_shot.film.table_in_picture import NoTableError
-from billiard_shot.film.tracks import rows_of
 from billiard_shot.table.run.outline import outline_of
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / 'test' / 'film'))
@@ -89,35 +89,10 @@ def measure(report, name, filming, shots, folder):
     for note in result.notes:
         print(f'    {note}')
     if name in PICTURES:
-        draw(result, scene, PICTURES[name], name != 'overhead')
-
-
-def draw(result, scene, path, tracks):
-    """Draw noses, sights, balls and, if wanted, tracks of the first shot into a picture."""
-    camera, shot, radius = result.table.camera, result.shots[0], scene.ball.radius
-    time, picture = min(result.pictures, key=lambda each: abs(each[0] - shot.strike - 0.4))
-    picture = cv2.cvtColor(picture, cv2.COLOR_RGB2BGR)
-
-    def line(points, colour, closed):
-        fine = np.round(8.0 * camera.project(points)).astype(np.int32)
-        cv2.polylines(picture, [fine], closed, colour, 2, cv2.LINE_AA, 3)
-
-    signs = np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]])
-    corners = np.linspace(signs, np.roll(signs, -1, axis=0), 30, axis=1).reshape(-1, 2)
-    height = np.full((len(corners), 1), outline_of(scene).height)
-    line(np.hstack([corners * camera.half, height]), (66, 228, 240), True)
-    for u, v in np.round(8.0 * result.table.sights.pixel).astype(int).tolist():
-        cv2.circle(picture, (u, v), 48, (167, 121, 204), 2, cv2.LINE_AA, 3)
-    for path_of_ball in result.balls.values():
-        rows = rows_of(path_of_ball)
-        rows = rows[(rows[:, 0] > shot.begin) & (rows[:, 0] < shot.end)]
-        lifted = np.column_stack([rows[:, 1:3], np.full(len(rows), radius)])
-        if tracks:
-            line(lifted, (0, 0, 0), False)
-        place = lifted[np.abs(rows[:, 0] - time).argmin()][np.newaxis]
-        ring = np.round(8.0 * camera.outlines(place, radius, 40)).astype(np.int32)
-        cv2.polylines(picture, [ring[0]], True, (255, 255, 255), 2, cv2.LINE_AA, 3)
-    cv2.imwrite(str(path), picture, [cv2.IMWRITE_JPEG_QUALITY, 85])
+        height = outline_of(scene).height
+        picture, _ = drawn(result, result.shots[0], scene.ball.radius, height)
+        code = cv2.cvtColor(picture, cv2.COLOR_RGB2BGR)
+        cv2.imwrite(str(PICTURES[name]), code, [cv2.IMWRITE_JPEG_QUALITY, 85])
 
 
 def main():

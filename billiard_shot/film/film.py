@@ -29,6 +29,9 @@ WINDOW = 0.12
 MOVED, DEVIATIONS = 0.003, 5.0
 """A ball moves if it goes so far in that time [m], and so many deviations of its place."""
 
+HIDDEN = 2.0
+"""A ball that is elsewhere after it was hidden for less than so long has moved meanwhile [s]."""
+
 REST = 0.2
 """Shots are apart by so long a rest [s]."""
 
@@ -253,13 +256,13 @@ def find_shots(balls: Mapping[str, Path], times: Floats) -> tuple[list[Shot], li
 
 
 def _moving(rows: Floats, times: Floats) -> NDArray[np.bool_]:
-    """Return at which times a ball moves."""
-    before = np.clip(np.searchsorted(rows[:, 0], times - 0.5 * WINDOW), 0, len(rows) - 1)
+    """Return at which times a ball moves, also while it is hidden."""
+    before = np.searchsorted(rows[:, 0], times - 0.5 * WINDOW, side='right') - 1
+    before = np.clip(before, 0, len(rows) - 1)
     after = np.clip(np.searchsorted(rows[:, 0], times + 0.5 * WINDOW), 0, len(rows) - 1)
     away = np.linalg.norm(rows[after, 1:3] - rows[before, 1:3], axis=1)
     limit = np.maximum(MOVED, DEVIATIONS * np.hypot(rows[before, 3], rows[after, 3]))
-    seen = np.abs(rows[after, 0] - times) + np.abs(times - rows[before, 0]) < 3.0 * WINDOW
-    moves: NDArray[np.bool_] = (away > limit) & seen
+    moves: NDArray[np.bool_] = (away > limit) & (rows[after, 0] - rows[before, 0] < HIDDEN)
     return moves
 
 

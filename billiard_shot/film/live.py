@@ -9,11 +9,11 @@ seconds tell their names.
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-import cv2
 import numpy as np
 
 from billiard_shot.film.balls import BallFinder
 from billiard_shot.film.cloth import fit_cloth
+from billiard_shot.film.drawing import outlined
 from billiard_shot.film.kinds import likely_names
 from billiard_shot.film.lens import Bytes, Camera, Floats
 from billiard_shot.film.reading import Steady
@@ -113,17 +113,6 @@ class LiveTable:
         return self._steady.largest([picture])
 
     def outlined(self, picture: Bytes, balls: Sequence[FoundBall]) -> Bytes:
-        """Return a picture in which noses and balls are outlined, and balls have their names."""
-        shown = picture.copy()
-        places = np.array([[*ball.place, self._radius] for ball in balls]).reshape(-1, 3)
-        rings = self.camera.outlines(places, self._radius, 32)
-        for line, colour in [
-            (self.camera.rim(self._height), (240, 228, 66)),
-            *((ring, (255, 255, 255)) for ring in rings),
-        ]:
-            fine = np.round(8.0 * line).astype(np.int32)
-            cv2.polylines(shown, [fine], True, colour, 1, cv2.LINE_AA, 3)
-        for ball, ring in zip(balls, rings, strict=True):
-            u, v = ring.max(axis=0).astype(int).tolist()
-            cv2.putText(shown, ball.name, (u, v), cv2.FONT_HERSHEY_SIMPLEX, 0.5, (255,) * 3)
-        return shown
+        """Return a picture with the outlines and names of balls."""
+        places = {ball.name: ball.place for ball in balls}
+        return outlined(picture, self.table, self._height, self._radius, places)

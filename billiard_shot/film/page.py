@@ -4,15 +4,14 @@ from base64 import b64encode
 from collections.abc import Iterator, Sequence
 from html import escape
 from pathlib import Path
-from typing import NamedTuple
 
 import cv2
 import numpy as np
 
+from billiard_shot.film.drawing import outlined
 from billiard_shot.film.film import FilmResult, Shot
-from billiard_shot.film.lens import Bytes, Camera, Floats
+from billiard_shot.film.lens import Bytes
 from billiard_shot.film.tracks import rows_of
-from billiard_shot.pictures.colours import ball_colour
 from billiard_shot.pictures.view import write_text
 
 WIDEST, QUALITY = 1280, 80
@@ -28,55 +27,42 @@ STYLE = """
 body { margin: 0 auto; max-width: 1100px; padding: 20px 16px 60px; color: #1d2327;
   font: 15px/1.5 system-ui, "DejaVu Sans", sans-serif; }
 h1 { font-size: 24px; } h2 { font-size: 18px; margin: 34px 0 8px; }
-figure { margin: 0 0 20px; } figcaption { color: #5b666e; }
-svg { display: block; width: 100%; height: auto; }
+figure { margin: 0 0 20px; position: relative; } figcaption { color: #5b666e; }
+img { display: block; width: 100%; } #corners { cursor: crosshair; }
+figure i { position: absolute; width: 6px; height: 6px; margin: -3px; background: #d55e00; }
 .warning { border-left: 4px solid #d55e00; padding: 4px 12px; }
-.nose, .ball, .track { fill: none; vector-effect: non-scaling-stroke; stroke-width: 1.5px; }
-.nose { stroke: #f0e442; } .sight { fill: #cc79a7; } .corner { fill: #d55e00; }
-.ball { stroke: #fff; } .under { stroke: #000; stroke-width: 4px; }
 code { overflow-wrap: anywhere; }
 """
 
 SCRIPT = """
 const picture = document.getElementById('corners'), text = document.getElementById('option');
 let clicks = [];
-picture.addEventListener('click', event => {
-  const at = new DOMPoint(event.clientX, event.clientY)
-    .matrixTransform(picture.getScreenCTM().inverse());
+picture.addEventListener('click', ({offsetX, offsetY}) => {
   if (clicks.length === 4) {
     clicks = [];
-    picture.querySelectorAll('.corner').forEach(each => each.remove());
+    document.querySelectorAll('figure i').forEach(each => each.remove());
   }
-  clicks.push(`${at.x.toFixed(1)},${at.y.toFixed(1)}`);
-  const dot = document.createElementNS('http://www.w3.org/2000/svg', 'circle');
-  dot.setAttribute('class', 'corner');
-  for (const [key, value] of [['cx', at.x], ['cy', at.y], ['r', 4]]) dot.setAttribute(key, value);
-  picture.append(dot);
+  const pixel = at => (at * picture.dataset.width / picture.clientWidth - 0.5).toFixed(1);
+  clicks.push(`${pixel(offsetX)},${pixel(offsetY)}`);
+  const dot = document.createElement('i');
+  dot.style.cssText = `left: ${offsetX}px; top: ${offsetY}px`;
+  picture.after(dot);
   text.textContent = clicks.length < 4 ? `${4 - clicks.length} more` :
     `--corners ${clicks.join(' ')}`;
 });
 """
 
 
-class Drawn(NamedTuple):
-    """A picture, and marks in its pixels, as SVG."""
-
-    picture: Bytes
-    marks: str
-    caption: str = ''
-
-
 def write_page(result: FilmResult, radius: float, height: float, path: Path) -> None:
     """Write the page of a film; radius of the balls and height of the noses in m."""
-    camera = result.table.camera
-    first = result.pictures[0][1]
+    first = outlined(result.pictures[0][1], result.table, height, radius, {})
     parts = [f'<h1>What was found in {escape(Path(result.recording.name).name)}</h1>']
     parts.append(f'<p>{len(result.recording.shots)} shots, {len(result.balls)} balls.</p>')
     parts += _list('What was noticed, and what was given up', _notes(result))
-    parts += _corners(Drawn(first, _table(result, height)))
+    parts += _corners(first)
     parts.append('<h2>Shots</h2>')
     for shot in result.shots[:MOST_SHOTS]:
-        parts.append(_figure(_drawn(result, shot, radius, camera)))
+        parts.append(_figure(*drawn(result, shot, radius, height)))
     if len(result.shots) > MOST_SHOTS:
         parts.append(f'<p>{len(result.shots) - MOST_SHOTS} more shots are not drawn.</p>')
     write_text(path, _page(parts))
@@ -85,9 +71,27 @@ def write_page(result: FilmResult, radius: float, height: float, path: Path) -> 
 def write_corner_page(picture: Bytes, why: str, path: Path) -> None:
     """Write a page that only asks for the corners."""
     warning = f'<p class="warning">{escape(why)}</p>'
-    write_text(
-        path, _page(['<h1>The table was not found</h1>', warning, *_corners(Drawn(picture, ''))])
+    write_text(path, _page(['<h1>The table was not found</h1>', warning, *_corners(picture)]))
+
+
+def drawn(result: FilmResult, shot: Shot, radius: float, height: float) -> tuple[Bytes, str]:
+    """Draw the tracks of a shot, and the balls of a picture in it; also return its caption."""
+    inside = [each for each in result.pictures if shot.begin <= each[0] <= shot.end]
+    time, picture = min(
+        inside or result.pictures, key=lambda each: abs(each[0] - shot.strike - 0.5)
     )
+    balls, tracks = {}, []
+    for name, path in result.balls.items():
+        rows = rows_of(path)
+        near = rows[np.abs(rows[:, 0] - time).argmin()]
+        if abs(near[0] - time) < GAP:
+            balls[name] = near[1:3]
+        rows = rows[(rows[:, 0] >= shot.begin) & (rows[:, 0] <= shot.end)]
+        parts = np.split(rows[:, 1:3], 1 + np.flatnonzero(np.diff(rows[:, 0]) > GAP))
+        tracks += [(name, part) for part in parts]
+    caption = f'{result.shots.index(shot) + 1}: {shot.struck} is struck at {shot.strike:.3f} s'
+    caption += f'; the picture is that of {time:.2f} s'
+    return outlined(picture, result.table, height, radius, balls, tracks), caption
 
 
 def _page(parts: Sequence[str]) -> str:
@@ -111,62 +115,24 @@ def _list(title: str, texts: Iterator[str]) -> list[str]:
     return [f'<h2>{title}</h2><ul>', *items, '</ul>']
 
 
-def _corners(drawn: Drawn) -> list[str]:
+def _corners(picture: Bytes) -> list[str]:
     return [
         '<h2>The table</h2><p>Yellow: the noses of the cushions. If they are elsewhere, click on '
         'the four corners at which their lines cross, and give the command this option: '
         '<code id="option">--corners</code></p>',
-        _figure(drawn, 'id="corners" style="cursor: crosshair"'),
+        _figure(picture, '', 'id="corners" '),
     ]
 
 
-def _figure(drawn: Drawn, more: str = '') -> str:
-    height, width = drawn.picture.shape[:2]
-    shown = drawn.picture
+def _figure(picture: Bytes, caption: str, more: str = '') -> str:
+    height, width = picture.shape[:2]
     if width > WIDEST:
         size = WIDEST, round(height * WIDEST / width)
-        shown = cv2.resize(shown, size, interpolation=cv2.INTER_AREA)
+        picture = cv2.resize(picture, size, interpolation=cv2.INTER_AREA)
     options = [cv2.IMWRITE_JPEG_QUALITY, QUALITY]
-    code = cv2.imencode('.jpg', cv2.cvtColor(shown, cv2.COLOR_RGB2BGR), options)[1].tobytes()
+    code = cv2.imencode('.jpg', cv2.cvtColor(picture, cv2.COLOR_RGB2BGR), options)[1].tobytes()
     return (
-        f'<figure><svg {more} viewBox="-0.5 -0.5 {width} {height}" role="img" aria-label="picture '
-        f'of the film"><image x="-0.5" y="-0.5" width="{width}" height="{height}" '
-        f'href="data:image/jpeg;base64,{b64encode(code).decode()}"/>{drawn.marks}</svg>'
-        f'<figcaption>{escape(drawn.caption)}</figcaption></figure>'
+        f'<figure><img {more}data-width="{width}" alt="picture of the film" '
+        f'src="data:image/jpeg;base64,{b64encode(code).decode()}">'
+        f'<figcaption>{escape(caption)}</figcaption></figure>'
     )
-
-
-def _line(kind: str, pixels: Floats, colour: str = '') -> str:
-    points = ' '.join(f'{u:.1f},{v:.1f}' for u, v in pixels)
-    stroke = f' style="stroke: {colour}"' if colour else ''
-    return f'<polyline class="{kind}" points="{points}"{stroke}/>'
-
-
-def _table(result: FilmResult, height: float) -> str:
-    dots = ''.join(
-        f'<circle class="sight" cx="{u:.1f}" cy="{v:.1f}" r="3"/>'
-        for u, v in result.table.sights.pixel
-    )
-    return _line('nose', result.table.camera.rim(height)) + dots
-
-
-def _drawn(result: FilmResult, shot: Shot, radius: float, camera: Camera) -> Drawn:
-    """Draw the tracks of a shot, and the balls of a picture in it."""
-    inside = [each for each in result.pictures if shot.begin <= each[0] <= shot.end]
-    time, picture = min(
-        inside or result.pictures, key=lambda each: abs(each[0] - shot.strike - 0.5)
-    )
-    marks = []
-    for name, path in result.balls.items():
-        rows = rows_of(path)
-        near = rows[np.abs(rows[:, 0] - time).argmin()]
-        rows = rows[(rows[:, 0] >= shot.begin) & (rows[:, 0] <= shot.end)]
-        lifted = np.column_stack([rows[:, 1:3], np.full(len(rows), radius)])
-        pixels = camera.project(lifted)
-        for part in np.split(pixels, 1 + np.flatnonzero(np.diff(rows[:, 0]) > GAP)):
-            marks += [_line('track under', part), _line('track', part, ball_colour(name))]
-        if abs(near[0] - time) < GAP:
-            place = np.array([[near[1], near[2], radius]])
-            marks.append(_line('ball', camera.outlines(place, radius, 36)[0]))
-    caption = f'{result.shots.index(shot) + 1}: {shot.struck} is struck at {shot.strike:.3f} s'
-    return Drawn(picture, ''.join(marks), f'{caption}; the picture is that of {time:.2f} s')

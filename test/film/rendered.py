@@ -17,11 +17,13 @@ import numpy as np
 
 from billiard_shot import BallState, Scene, simulate
 from billiard_shot.pictures.colours import ball_colour, is_striped
+from billiard_shot.table.model.motion import Motion as MotionCode
 from billiard_shot.table.run.outline import outline_of
 
 LAMPS = np.array([[-0.6, 0.1, 1.1], [0.7, -0.1, 1.2]])  # m, above the table
 CLOTHS = {'blue': (0.02, 0.10, 0.33), 'green': (0.02, 0.20, 0.09), 'pool': (0.004, 0.23, 0.49)}
 WOOD, FLOOR, SIGHT = (0.10, 0.05, 0.03), (0.12, 0.11, 0.10), (0.8, 0.8, 0.75)
+GONE = MotionCode.POCKETED, MotionCode.OFF_TABLE
 GAMMA, FINE, DARK = 2.2, 2, 0.35
 SIGHT_RADIUS, SIGHT_AWAY, RAIL_UP = 0.006, 0.094, 0.004  # m; the last: above the nose
 
@@ -132,7 +134,9 @@ class Motion:
             at = run.at(times)
             self.times += (now + times).tolist()
             for name in places:
-                self.places[name] += at[name].position.tolist()
+                here = at[name].position.copy()
+                here[np.isin(at[name].motion, GONE), 2] = 0.0
+                self.places[name] += here.tolist()
             now += end + rest
             places = {name: tuple(self.places[name][-1]) for name in places}
         self.end = now

@@ -20,7 +20,7 @@ from billiard_shot.film.film import read_film, UPSIDE_DOWN
 from billiard_shot.film.reading import Film, FilmError, Steady
 from billiard_shot.film.table_in_picture import cloth_corners, find_table, NoTableError
 
-READOUT = 0.012
+READOUT, POTTING = 0.012, 1
 SMALL = replace(OVERHEAD, size=(640, 360), focal=546.5)
 SMALL_OBLIQUE = replace(OBLIQUE, place=(-0.3, -2.7, 2.2), size=(640, 360), focal=575.0)
 
@@ -108,7 +108,7 @@ def test_the_command_writes_what_a_calibration_reads(overhead, tmp_path, capsys)
     assert set(recording.shots[0].tracks) == {'cue', 'yellow', 'red'}
     tracking_of(recording)  # the stated deviations are not contradicted
     page = (tmp_path / 'shots.html').read_text()
-    assert page.count('<svg') == 1 + 2
+    assert page.count('<img') == 1 + 2
     assert '--corners' in page
 
 
@@ -202,6 +202,53 @@ def test_a_film_may_be_upside_down():
     assert table.error < 0.2
     assert table.camera.rotation[1, 2] > UPSIDE_DOWN
     np.testing.assert_allclose(table.camera.place[2], SMALL_OBLIQUE.place[2], rtol=0.05)
+
+
+class Leaning(Painter):
+    """Someone leans over a third of the table after the second strike."""
+
+    def at(self, time):
+        picture = super().at(time)
+        since = time - self.motion.starts[1]
+        if 0.4 < since < 1.0:
+            arm = np.array([[430, 0], [640, 0], [640, 250], [520, 300], [400, 230]])
+            cv2.fillPoly(picture, [arm], (70, 60, 75))
+            cv2.circle(picture, (410, 240), 18, (190, 140, 115), -1, cv2.LINE_AA)
+        return picture
+
+
+def test_what_is_hidden_or_begins_before_the_film_is_said_and_not_invented(tmp_path):
+    path, scene = tmp_path / 'late.mp4', Scene.load('carom')
+    filming = Filming(view=SMALL, rate=30.0)
+    motion = Motion(scene, 2, longest=1.5)
+    painter = Leaning(scene, motion, filming)
+    write_film(path, painter, np.arange(motion.starts[0] + 0.5, motion.end, 1 / 30))
+    result = read_film(path, scene, readout=filming.readout)
+    assert any('begins before the film' in note for note in result.notes)
+    (shot,) = result.shots
+    assert abs(shot.strike + 0.5 * filming.exposure - motion.starts[1]) < 0.25 / 30
+    hidden = [note for note in result.notes if 'pictures' in note and 'is seen in' in note]
+    assert hidden, result.notes
+    off, _ = errors_of(result, motion, filming)
+    assert np.abs(off).max() < 0.01
+
+
+def test_a_pocketed_ball_ends_its_track(tmp_path):
+    path = tmp_path / 'pot.mp4'
+    scene = Scene.load('pool_table')
+    scene = replace(scene, balls={'cue': (0.7, 0.35), '8': (1.0, 0.5), '3': (-0.6, -0.2)})
+    filming = Filming(view=SMALL, rate=30.0, cloth='pool')
+    motion = filmed(path, scene, filming, seed=POTTING, longest=1.6, speed=(1.5, 2.0))
+    fall = motion.times[np.argmax(motion.places['8'][:, 2] < 0.5 * scene.ball.radius)]
+    assert motion.starts[0] < fall < motion.end - 1.0
+    result = read_film(path, scene, readout=filming.readout)
+    said = [note for note in result.notes if 'pocketed, or hidden' in note]
+    assert len(said) == 1
+    assert "'8' is not seen after" in said[0]
+    assert fall - 0.2 < result.balls['8'].time[-1] < fall + 0.05
+    assert set(result.balls) == {'cue', '8', '3'}
+    off, _ = errors_of(result, motion, filming)
+    assert np.quantile(np.abs(off), 0.95) < 3e-3
 
 
 def test_hdr_is_refused(tmp_path):

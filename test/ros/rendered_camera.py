@@ -17,7 +17,7 @@ from billiard_shot.ros.node_runner import LATCHED
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'film'))
 from rendered import Filming, OVERHEAD, Painter, Placed
 
-PERIOD = 0.12
+PERIOD = 0.25
 SMALL = replace(OVERHEAD, size=(640, 360), focal=546.5)
 NAMES = ['cue', *map(str, range(1, 16))]
 

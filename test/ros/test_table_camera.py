@@ -1,9 +1,4 @@
-"""The node that detects balls in pictures: messages, its life, and a table that is cleared."""
-
-from dataclasses import replace
-from pathlib import Path
-import subprocess
-import sys
+"""The node that detects balls in pictures: its messages, and its life."""
 
 import pytest
 
@@ -12,8 +7,6 @@ pytest.importorskip('vision_msgs', reason='needs vision_msgs')
 pytest.importorskip('cv2', reason='needs OpenCV, an extra: film')
 pytest.importorskip('av', reason='needs PyAV, an extra: film')
 
-from billiard_shot_msgs.action import PlayTurn
-from cell import Cell, ON_ROBOT_TABLE, PATIENT
 import cv2
 from diagnostic_msgs.msg import DiagnosticArray
 from lifecycle_msgs.srv import ChangeState
@@ -22,13 +15,10 @@ from rendered_camera import painter_of
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from std_msgs.msg import Header
 from vision_msgs.msg import Detection3DArray
-from waiting import PATIENCE, PatientCaller, spin_until
+from waiting import PatientCaller, spin_until
 
 from billiard_shot import Scene
-from billiard_shot.game.rack import find_agent
-from billiard_shot.game.referee import start
 from billiard_shot.ros.table_camera import decoded, ENCODINGS, picture_of, rectification
-from billiard_shot.ros.turn import GameTable, Turn
 
 SCENE = Scene.load('robot_table')
 COLOURS = np.kron(
@@ -150,40 +140,3 @@ def test_balls_are_detected_and_a_camera_that_moves_is_noticed(node, launch_once
     assert says('sees the table'), 'the table is not found again'
     assert spin_until(node, lambda: heard and len(heard[-1].detections) == 3)
     timer.cancel()
-
-
-NODES = {
-    'cue_driver': (*PATIENT['cue_driver'], *ON_ROBOT_TABLE),
-    'cue_sim': PATIENT['cue_sim'],
-    'table_sim': (*PATIENT['table_sim'], *ON_ROBOT_TABLE, '-r', 'table_state:=simulated_table'),
-    'table_camera': ON_ROBOT_TABLE,
-    'table_tracker': ON_ROBOT_TABLE,
-    'predictor': (),
-}
-BALLS = {'1': (1.12, 0.45), '3': (-1.05, -0.5), '6': (0.15, 0.5)}
-
-
-@pytest.mark.slow
-def test_three_balls_are_cleared_from_pictures(node, launch_once):
-    """The detections are made of rendered pictures, by `table_camera`."""
-    space = '/cleared'
-    script = Path(__file__).with_name('rendered_camera.py')
-    camera = subprocess.Popen([sys.executable, str(script), '--ros-args', '-r', f'__ns:={space}'])
-    launch_once.callback(camera.wait)
-    launch_once.callback(camera.kill)
-    cell = Cell(launch_once, space, NODES)
-    state = replace(start('practice', SCENE, seed=1, balls=3), balls=BALLS)
-    said = []
-    turn = Turn(
-        GameTable(cell.player, SCENE),
-        find_agent('player')(SCENE, 1),
-        lambda stage, message, *_: said.append(message),
-        None,
-        True,
-        state,
-    )
-    seen = cell.player.until(lambda: len(cell.player.table.balls) == 2, PATIENCE)
-    assert seen, 'the camera does not see the cue ball and the 8'
-    ended = turn.play()
-    assert ended == (PlayTurn.Result.OVER, 'player 0 wins'), (ended, said)
-    cell.close()

@@ -1,0 +1,66 @@
+"""A turn that is played by rendered pictures: nobody but `table_camera` makes detections."""
+
+from dataclasses import replace
+from pathlib import Path
+import subprocess
+import sys
+
+import pytest
+
+pytest.importorskip('billiard_shot_msgs', reason='needs ROS 2')
+pytest.importorskip('vision_msgs', reason='needs vision_msgs')
+pytest.importorskip('cv2', reason='needs OpenCV, an extra: film')
+pytest.importorskip('av', reason='needs PyAV, an extra: film')
+
+from billiard_shot_msgs.action import PlayTurn
+from cell import ON_ROBOT_TABLE, PATIENT
+from waiting import PATIENCE
+
+from billiard_shot import Scene
+from billiard_shot.game.rack import find_agent
+from billiard_shot.game.referee import start
+from billiard_shot.ros.turn import GameTable, Turn
+
+SPACE = '/cleared'
+NODES = {
+    'cue_driver': (*PATIENT['cue_driver'], *ON_ROBOT_TABLE),
+    'cue_sim': PATIENT['cue_sim'],
+    'table_sim': (
+        *('-p', 'real_time_factor:=20.0', *ON_ROBOT_TABLE),
+        *('-r', 'table_state:=simulated_table'),
+    ),
+    'table_camera': ON_ROBOT_TABLE,
+    'table_tracker': (*ON_ROBOT_TABLE, '-p', 'lost_after:=5.0'),  # of a busy machine
+    'predictor': (),
+}
+BALLS = {'1': (1.17, 0.54), '3': (-1.17, -0.54), '6': (1.17, -0.54)}
+
+
+@pytest.fixture(scope='module', autouse=True)
+def rendered_camera(domain):
+    """Run the camera before the cell, which waits for a table."""
+    script = Path(__file__).with_name('rendered_camera.py')
+    process = subprocess.Popen([sys.executable, script, '--ros-args', '-r', f'__ns:={SPACE}'])
+    yield
+    process.kill()
+    process.wait()
+
+
+@pytest.mark.slow
+def test_three_balls_are_cleared(cell):
+    scene = Scene.load('robot_table')
+    state = replace(start('practice', scene, seed=1, balls=3), balls=BALLS)
+    said = []
+    turn = Turn(
+        GameTable(cell.player, scene),
+        find_agent('player')(scene, 1),
+        lambda stage, message, *_: said.append(message),
+        None,
+        True,
+        state,
+    )
+    seen = cell.player.until(lambda: len(cell.player.table.balls) == 2, PATIENCE)
+    assert seen, 'the camera does not see the cue ball and the 8'
+    ended = turn.play()
+    told = '\n'.join([*said, *cell.logged('table_camera')])
+    assert ended == (PlayTurn.Result.OVER, 'player 0 wins'), f'{ended}: {told}'
