@@ -313,7 +313,7 @@ def touching_pot(balls):
     noise = replace(TABLE.noise, azimuth_deg=0.02, balls=balls)
     half, r = 0.5 * TABLE.table.length, TABLE.ball.radius
     way = np.array([half, -0.5 * TABLE.table.width]) / np.hypot(half, 0.5 * TABLE.table.width)
-    first = 0.55 * np.array([half, -0.5 * TABLE.table.width])
+    first = 0.3 * np.array([half, -0.5 * TABLE.table.width])
     places = {'cue': first - 0.3 * way, '1': first, '2': first + 2.0 * r * way}
     scene = replace(TABLE, noise=noise, balls={k: tuple(v.tolist()) for k, v in places.items()})
     state = replace(start('practice', TABLE, balls=2), balls=scene.balls, in_hand='')
@@ -325,7 +325,7 @@ def touching_pot(balls):
 
 
 def test_what_a_cluster_does_is_uncertain_if_places_are():
-    assert touching_pot(0.0) > 0.95
+    assert touching_pot(0.0) > 0.8
     assert touching_pot(2e-3) < 0.7
 
 
