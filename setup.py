@@ -138,6 +138,7 @@ setup(
         'video': ['imageio[ffmpeg]>=2.31', 'matplotlib>=3.8', 'pillow>=10.0'],
         'notebook': ['anywidget>=0.9.14', 'traitlets>=5.9'],
         'live': ['tornado>=6.4'],
+        'pooltool': ['pooltool-billiards>=0.6,<0.7'],
         'docs': [
             'anywidget>=0.9.14',
             'furo>=2024.8.6',

@@ -5,6 +5,7 @@ from concurrent.futures import Executor
 from dataclasses import replace
 from functools import partial
 import hashlib
+from itertools import count
 import json
 import math
 from pathlib import Path
@@ -46,8 +47,20 @@ from billiard_shot.calibration.recording import (
     usable_shots,
 )
 from billiard_shot.calibration.result import Calibration, Check, searched_check
-from billiard_shot.calibration.simulator import recording_of, Simulator
-from billiard_shot.scene import fields, Scene, SceneLike
+from billiard_shot.calibration.simulator import (
+    recording_of,
+    SHOTS,
+    Simulator,
+    without_obstacles,
+)
+from billiard_shot.calibration.simulator_fit import (
+    fit_to_simulator,
+    MOST_STEPS,
+    RATIO,
+    SimulatorFit,
+)
+from billiard_shot.planning.within_noise import NOISES
+from billiard_shot.scene import fields, Noise, Scene, SceneLike
 from billiard_shot.scene.errors import refused
 
 FIRST_HORIZON, HORIZON, GROWTH = 0.8, 8.0, 3.0
@@ -111,6 +124,8 @@ def calibrate(
     executor: Executor | None = None,
     progress: Callable[[Progress], object] | None = None,
     checkpoint: str | Path | None = None,
+    noise: Noise | None = None,
+    shots: int = SHOTS,
 ) -> Calibration:
     """
     Fit a scene to recorded shots.
@@ -124,7 +139,8 @@ def calibrate(
     ----------
     recordings : Recording, str, Path, or sequence of these; or Simulator
         Recordings of one table, or their files, see `read_recording`. Or a simulator, which is
-        asked for shots, see `recording_of`.
+        asked for shots, see `recording_of`, and with which models are compared, see
+        simulator_fit.py.
     scene : Scene, str or Path, optional
         With which the fit begins; by default the one that the first recording names.
     names : sequence of str, optional
@@ -142,6 +158,11 @@ def calibrate(
         Called with a `Progress`.
     checkpoint : str or Path, optional
         File to which the state is written, and from which the same calibration goes on.
+    noise : Noise, optional
+        Errors of the strokes of a simulator, or of a robot that is called as one. By default there
+        are none: whoever plays for the scene may have others, those of its `noise`.
+    shots : int
+        Number of strokes that a simulator is asked for.
 
     Returns
     -------
@@ -153,10 +174,15 @@ def calibrate(
         If an argument or a file makes no sense, or too few shots can be used.
 
     """
+    exact: Scene | None = None
     if callable(recordings):
         if scene is None:
             raise refused(scene, 'given for a simulator', 'scene')
-        recordings = recording_of(recordings, scene, seed=seed)
+        scene = Scene.load(scene)
+        played = replace(scene, noise=noise or NOISES['none'])
+        if noise is None:
+            exact = played = without_obstacles(recordings, played)
+        recordings = recording_of(recordings, played, shots, seed)
     read = read_recordings(recordings)
     scene = _named_scene(read) if scene is None else Scene.load(scene)
     share = fields.as_float(held_out)
@@ -172,6 +198,12 @@ def calibrate(
     hint = '; --held-out 0 (held_out=0) holds none out' if count else ''
     check_enough(len(used), LEAST_SHOTS, 'usable shots beside those held out', ignored, hint)
     mapped: MapFunction = map if executor is None else executor.map
+    if exact is not None:
+        wanted = [each.name for each in sought] + ([RATIO] if names is None else [])
+        says = _steps_of(progress)
+        steps = SimulatorFit(read[0], wanted, used, tested, horizons, mapped, says)
+        found = fit_to_simulator(steps, replace(exact, balls=scene.balls), scene.noise)
+        return replace(found, ignored=tuple(ignored))
     stages = len(horizons) + ROUNDS
     work = _Work(mapped, progress, stages * len(used) + 2 * len(tested))
     content = [(each.name, len(each.place)) for each in usable]
@@ -203,6 +235,17 @@ def calibrate(
         notes=tuple(notes),
         ignored=tuple(ignored),
     )
+
+
+def _steps_of(progress: Callable[[Progress], object] | None) -> Callable[[str], object]:
+    """Return what counts the steps of a fit to a simulator."""
+    numbers = count()
+
+    def say(text: str) -> None:
+        if progress is not None:
+            progress(Progress(text, next(numbers), MOST_STEPS))
+
+    return say
 
 
 def _named_scene(recordings: Sequence[Recording]) -> Scene:
@@ -465,9 +508,10 @@ class Checkpoint:
             )
         stages, elsewhere, values, scales = data['state']
         launches = tuple(
-            Launch(each.samples, *(np.array(part) for part in data['launches'][_key(each)]))
+            Launch(each.samples, np.array(numbers), np.array(until))
             for each in shots
             if _key(each) in data['launches']
+            for numbers, until in [data['launches'][_key(each)]]
         )
         return CheckpointState(stages, elsewhere, np.array(values), np.array(scales), launches)
 

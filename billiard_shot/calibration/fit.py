@@ -197,14 +197,19 @@ def sought_in(
     if names is None:
         commanded = any(shot.command for each in recordings for shot in each.shots)
         usual = (*USUAL_NAMES, *CUE_NAMES) if commanded else USUAL_NAMES
-        names = [name for name in usual if known.get(name, -math.inf) >= LEAST.get(name, 0.0)]
+        measured = RULER if all(each.exact for each in recordings) else ()
+        names = [
+            name
+            for name in usual
+            if known.get(name, -math.inf) >= LEAST.get(name, 0.0) and name not in measured
+        ]
     chosen: dict[str, None] = {}
     for name in names:
         section = [each for each in known if each.startswith(f'{name}.')]
         chosen |= dict.fromkeys(section or [name])
     found = [_of_scene(each) for each in scene.parameters(list(chosen))]
     for number, recording in enumerate(recordings):
-        for field, width in FRAME_WIDTHS.items():
+        for field, width in FRAME_WIDTHS.items() if not recording.exact else ():
             start = getattr(recording.frame, field)
             name = f'frame.{field}' if len(recordings) == 1 else f'frame.{field}.{number + 1}'
             unit = 'rad' if field == 'angle' else 'm'
@@ -271,7 +276,7 @@ class FitProblem(NamedTuple):
     def bounds(self) -> tuple[Floats, Floats]:
         """Their bounds, with room for a difference."""
         room = STEP * self.widths
-        low, high = np.array([[each.low, each.high] for each in self.sought]).T
+        low, high = np.reshape([(each.low, each.high) for each in self.sought], (-1, 2)).T
         return low + room, high - room
 
 
@@ -287,12 +292,15 @@ class Launch:
         See launch.py.
     until : float or (balls,) float array
         Times from the strike on until which the path of each ball can be predicted [s].
+    known : bool
+        Whether fits leave the numbers as they are.
 
     """
 
     samples: Samples
     numbers: Floats
     until: float | Floats = np.inf
+    known: bool = False
 
     def compared(self, scales: Floats, horizon: float) -> Comparison:
         """Compare with the samples until a horizon [s], and while the path can be predicted."""
@@ -428,6 +436,9 @@ def search_fit(
     """
     launch, seed = item
     known, samples = launch.numbers[np.newaxis], launch.samples
+    if launch.known:
+        simulated = np.isfinite(ways_of(model, samples, known)).all()
+        return _cut(model, stepped, launch) if simulated else None
     draw = np.random.default_rng(seed)
     found = search_launches(model, samples, scales, horizon, draw, known)
     tried = np.concatenate([known, found.launches[:1]])
@@ -437,6 +448,11 @@ def search_fit(
         return None
     if cost < known_cost - (0.0 if stepped else BETTER):
         launch = Launch(samples, best.launches[-1], np.inf if stepped else launch.until)
+    return _cut(model, stepped, launch)
+
+
+def _cut(model: CalibrationModel, stepped: Sequence[CalibrationModel], launch: Launch) -> Launch:
+    """Let the path of a launch count until it bends; without stepped models as long as before."""
     if not stepped:
         return launch
     return replace(launch, until=np.minimum(launch.until, even_until(model, stepped, launch)))
@@ -478,9 +494,15 @@ def follow_launch(
 ) -> ShotFit:
     """Improve the launch of a shot for common numbers, by models with one step of these each."""
     compared = launch.compared(scales, horizon)
-    best = refined(model, compared, launch.numbers[np.newaxis], LAUNCH_STEPS, EXACT)
-    errors, slopes = derivatives_of(model, compared, best)
-    own, numbers = slopes[0], best.launches[0]
+    known = launch.numbers[np.newaxis]
+    best = refined(model, compared, known, 0 if launch.known else LAUNCH_STEPS, EXACT)
+    numbers = best.launches[0]
+    if launch.known:  # no error follows from its numbers
+        errors = best.places - compared.samples.place
+        own = np.zeros((len(numbers), errors.size))
+    else:
+        errors, slopes = derivatives_of(model, compared, best)
+        own = slopes[0]
     moved = [ways_of(each, compared.samples, best.launches)[0] for each in stepped]
     with np.errstate(invalid='ignore'):
         differences = np.reshape(moved, (len(steps), *best.places[0].shape)) - best.places

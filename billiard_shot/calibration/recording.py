@@ -189,6 +189,9 @@ class Recording:
         Name or path of the scene that its description names.
     ignored : tuple of str
         What was left out of the file, and why.
+    exact : bool
+        Whether places and frame are exact, as simulators tell them: neither the frame nor the size
+        of the table is sought.
 
     """
 
@@ -197,6 +200,7 @@ class Recording:
     frame: Frame = field(default_factory=Frame)
     scene: str | None = None
     ignored: tuple[str, ...] = ()
+    exact: bool = False
 
 
 def measured_sigma(shots: Iterable[RecordedShot]) -> float | None:

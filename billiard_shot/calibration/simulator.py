@@ -39,6 +39,12 @@ ASIDE = 2.2
 TRIES = 1000
 """How many strokes are drawn until the cue has room."""
 
+BEHIND, LEVEL_SPEED, BEFORE_RETURN = 2.5, 1.0, 0.3
+"""
+Distance of a ball in the way of the cue from the cue ball, in ball radii; speed of the cue [m/s];
+time within which the cue ball does not come back [s].
+"""
+
 SIGMA = 1e-4
 """Standard deviation of places that a simulator tells [m]."""
 
@@ -67,7 +73,33 @@ class Simulator(Protocol):
             Of each ball, as long as it is on the table: times since the strike, ascending [s], x
             and y [m]. 20 a second are enough.
 
+        Raises
+        ------
+        ValueError
+            If the stroke cannot be played, as when a ball is in the way of the cue.
+
         """
+
+
+def without_obstacles(simulator: Simulator, scene: Scene) -> Scene:
+    """
+    Return the scene with a cue that passes through balls and cushions, if the simulator's does.
+
+    A level cue strikes the cue ball through another one. The cue of the simulator passes if the
+    cue ball leaves, and the other ball stays.
+    """
+    gap = BEHIND * scene.ball.radius
+    balls = {CUE_BALL: (0.0, 0.0), OBJECT_BALL: (-gap, 0.0)}
+    there = replace(scene, balls=balls, cue=replace(scene.cue, length=0.0))
+    stroke = Stroke.from_offsets(0.0, 0.0, 0.0, 0.0, LEVEL_SPEED)
+    try:
+        tracks = _tracks(balls, simulator(there, stroke, np.random.default_rng(0)))
+    except ValueError:
+        return scene
+    cue, other = (
+        float(np.ptp(track.place[track.time < BEFORE_RETURN, 0])) for track in tracks.values()
+    )
+    return replace(there, balls=scene.balls) if cue > gap and other < SIGMA else scene
 
 
 def recording_of(
@@ -99,7 +131,7 @@ def recording_of(
         there, stroke = _shot(scene, float(speed), number % 2 == 0, draw)
         tracks = _tracks(there.balls, simulator(there, stroke, draw))
         played.append(RecordedShot(str(number + 1), tracks, CUE_BALL, stroke, scene.noise, 0.0))
-    return Recording('simulator', tuple(played))
+    return Recording('simulator', tuple(played), exact=True)
 
 
 def _shot(

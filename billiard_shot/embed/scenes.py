@@ -78,7 +78,7 @@ def packed_scene(
     if len(played['layout'].pockets):
         places, kinds = np.zeros((1, count, 2)), np.array([[PRESENT] + [LEGAL] * (count - 1)])
         made[find_direct_shots] = _named(
-            find_direct_shots, arguments_of(ROWS, scene, scene.noise, places, kinds, 0)
+            find_direct_shots, arguments_of(ROWS, scene, scene.planned_noise, places, kinds, 0)
         )
     return made
 
@@ -148,7 +148,7 @@ def export_scene(scene: SceneLike, tolerance: float = DEFAULT_SHOT_TOLERANCE) ->
             'x': _range(numbers.nose_half_length + beyond),
             'y': _range(numbers.nose_half_width + beyond),
         },
-        'noise': dict(zip(OFFSETS, scene.noise.sigmas(radius).tolist(), strict=True)),
+        'noise': dict(zip(OFFSETS, scene.planned_noise.sigmas(radius).tolist(), strict=True)),
         'slowest': MIN_NOISY_SPEED,
         'entries': {
             entry.function.__name__: plain(arguments)

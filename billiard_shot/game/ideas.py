@@ -10,9 +10,15 @@ from billiard_shot.game.state import Call, NO_CALL, State
 from billiard_shot.game.strokes import all_round, call_of, raised, towards
 from billiard_shot.game.valuation import rule_on, RuledBatch, second_ply, values
 from billiard_shot.planning.plan import candidates
+from billiard_shot.planning.problem import places_around
 from billiard_shot.planning.shots import DirectShots
 from billiard_shot.planning.targets import Pot
-from billiard_shot.planning.within_noise import along_azimuth, predict_within_noise, strike_alone
+from billiard_shot.planning.within_noise import (
+    along_azimuth,
+    play_within_noise,
+    predict_within_noise,
+    strike_alone,
+)
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL
@@ -21,6 +27,7 @@ from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.play import StrokeBatch
 from billiard_shot.table.model.motion import NOTHING
 from billiard_shot.table.run.results import POCKET_NAMES
+from billiard_shot.table.run.states import TableStates
 
 FOLLOWED_ENDS = 8  # end states of a stroke whose next shots are followed
 
@@ -76,7 +83,9 @@ def rule_strokes(
     return batch, kept.reshape(shape), value.reshape(shape)
 
 
-def rate(ideas: Sequence[Idea], errors: Array, plies: int) -> list[Rating]:
+def rate(
+    ideas: Sequence[Idea], errors: Array, plies: int, draw: np.random.Generator
+) -> list[Rating]:
     """
     Try ideas with the same errors.
 
@@ -88,13 +97,15 @@ def rate(ideas: Sequence[Idea], errors: Array, plies: int) -> list[Rating]:
     plies : int
         2: end states in which the turn goes on are valued by two shots; 1: by the next shot, see
         `values`; 0: the value is the success.
+    draw : numpy.random.Generator
+        Of the places of the balls, if they are not exact.
 
     """
     rated: list[Rating] = []
     for position in {id(idea.position): idea.position for idea in ideas}.values():
         own = [idea for idea in ideas if idea.position is position]
         strokes = with_errors(np.array([idea.offsets for idea in own])[:, np.newaxis], errors)
-        run = predict_within_noise(position.scene, strokes.reshape(-1, 5))
+        run = _tried(position.scene, strokes.reshape(-1, 5), len(errors), draw)
         batch, kept, value = rule_strokes(position, run, [idea.call for idea in own], plies)
         mean, success = value.mean(axis=1), kept.mean(axis=1)
         if plies > 1:
@@ -109,6 +120,27 @@ def rate(ideas: Sequence[Idea], errors: Array, plies: int) -> list[Rating]:
         turn = (kept @ errors[:, AZIMUTH]) / np.maximum(kept.sum(axis=1), 1)
         rated += map(Rating, own, mean.tolist(), success.tolist(), turn.tolist())
     return rated
+
+
+def _tried(scene: Scene, strokes: Array, samples: int, draw: np.random.Generator) -> StrokeBatch:
+    """
+    Play strokes (n samples, 5) on tables whose object balls lie a little beside their places.
+
+    So balls that touch have gaps, or touch elsewhere. All places are relative to the cue ball. The
+    same tables are drawn for each of the n strokes.
+    """
+    sigma = scene.noise.balls
+    if not sigma or scene.table is None:
+        return predict_within_noise(scene, strokes)
+    names = tuple(sorted(scene.balls, key=lambda ball: ball != CUE_BALL))
+    believed, radius = np.array([scene.balls[name] for name in names]), scene.ball.radius
+    half = 0.5 * np.array([scene.table.length, scene.table.width]) - radius
+    places = places_around(believed, sigma, half, radius, draw, samples)
+    places += believed[0] - places[:, :1]
+    position = np.full((*places.shape[:2], 3), radius)
+    position[..., :2] = places
+    tables = TableStates(names, np.tile(position, (len(strokes) // samples, 1, 1)))
+    return play_within_noise(scene, strokes, scene.noise.sigmas(radius), tables)
 
 
 SPEED_FACTORS = 0.75, 1.0, 1.4, 2.0  # relative to the speed of the direct shot
@@ -224,7 +256,11 @@ def indirect_pots(position: Position) -> list[Idea]:
 
 
 def safeties(position: Position) -> list[Idea]:
-    """List strokes at the nearest balls, and all round, as safeties and as push-outs."""
+    """
+    List strokes at the nearest balls, and all round, as safeties and as push-outs.
+
+    In a game without calls a ball that falls keeps the turn: there they are strokes as any other.
+    """
     state, scene = position
     x, y = state.balls[CUE_BALL]
     near = sorted(
@@ -234,7 +270,7 @@ def safeties(position: Position) -> list[Idea]:
     offsets = np.concatenate([towards(scene, tuple(near[:SAFETY_BALLS])), all_round(scene)])
     if not len(offsets):
         return []
-    kinds = [Call(safety=True)]
+    kinds = [Call(safety=True) if state.game.calls else NO_CALL]
     if state.phase == 'second':
         kinds.append(Call(push_out=True))
     result, found = predict_within_noise(scene, offsets), []

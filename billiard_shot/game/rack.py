@@ -18,6 +18,7 @@ from billiard_shot.game.state import (
     Decision,
     find_game,
     find_plugin,
+    Game,
     names_in,
     Outcome,
     outcome_of,
@@ -144,7 +145,7 @@ class RackRecord:
     @property
     def winner(self) -> str | None:
         """Name of the winner; None if nobody has won."""
-        winner = State.from_dict(self.state).winner
+        winner = self.state.get('winner')
         return None if winner is None else self.players[winner]
 
     def to_dict(self) -> dict[str, Any]:
@@ -184,7 +185,11 @@ EVEN = 0.5  # stated probability from which on a shot that fails is a miss
 
 
 def play_on(
-    record: RackRecord, scene: Scene, agents: Sequence[Agent], simulator: Simulator = simulated
+    record: RackRecord,
+    scene: Scene,
+    agents: Sequence[Agent],
+    simulator: Simulator = simulated,
+    game: Game | None = None,
 ) -> Iterator[RackRecord]:
     """
     Play a rack from the state of its record to its end; yield the record after each decision.
@@ -197,9 +202,11 @@ def play_on(
     agents : sequence of Agent
         Players 0 and 1.
     simulator : Simulator
+    game : Game, optional
+        Needed if no module has it.
 
     """
-    state = State.from_dict(record.state)
+    state = State.from_dict(record.state, game)
     while not state.over and len(record.shots) < MAX_SHOTS:
         agent, errors = agents[state.player], agent_errors(record.seed, record.number, state)
         seen, decision, ruling, times = take_shot(state, scene, agent, errors, simulator)
@@ -213,10 +220,14 @@ def play_on(
 
 
 def play_rack(
-    record: RackRecord, scene: Scene, agents: Sequence[Agent], simulator: Simulator = simulated
+    record: RackRecord,
+    scene: Scene,
+    agents: Sequence[Agent],
+    simulator: Simulator = simulated,
+    game: Game | None = None,
 ) -> RackRecord:
     """Play a rack to its end, as `play_on` does; return its last record."""
-    return [record, *play_on(record, scene, agents, simulator)][-1]
+    return [record, *play_on(record, scene, agents, simulator, game)][-1]
 
 
 class ShotExecution(NamedTuple):
@@ -395,7 +406,8 @@ class Pairing:
 
     Parameters
     ----------
-    game : str
+    game : str or Game
+        See `find_game`.
     scene : Scene
         Table, noise and limits, for simulator and players.
     players : tuple of str
@@ -408,7 +420,7 @@ class Pairing:
 
     """
 
-    game: str
+    game: str | Game
     scene: Scene
     players: tuple[str, ...]
     seed: int = 1
@@ -423,7 +435,8 @@ def play(pairing: Pairing, number: int) -> RackRecord:
     The same pairing and number give the same rack in any process.
     """
     record, agents = first_record(pairing, number), agents_of(pairing, number)
-    return play_rack(record, pairing.scene, agents, pairing.simulator)
+    game = find_game(pairing.game)
+    return play_rack(record, pairing.scene, agents, pairing.simulator, game)
 
 
 def first_record(pairing: Pairing, number: int) -> RackRecord:
@@ -432,7 +445,7 @@ def first_record(pairing: Pairing, number: int) -> RackRecord:
     breaker = number % 2 if len(players) > 1 else 0
     rack = pairing.seed + number // 2 if len(players) > 1 else pairing.seed + number
     state = start(pairing.game, pairing.scene, rack, breaker, pairing.balls)
-    return RackRecord(pairing.game, number, pairing.seed, players, (), state.to_dict())
+    return RackRecord(state.game.name, number, pairing.seed, players, (), state.to_dict())
 
 
 def agents_of(pairing: Pairing, number: int) -> list[Agent]:
@@ -445,9 +458,9 @@ def agents_of(pairing: Pairing, number: int) -> list[Agent]:
 
 def check_pairing(pairing: Pairing) -> None:
     """Raise ValueError for players that are not there, or too many or few of them."""
-    needed = find_game(pairing.game).players
-    if len(pairing.players) != needed:
-        raise refused(len(pairing.players), f'{needed} for {pairing.game}', 'players')
+    game = find_game(pairing.game)
+    if len(pairing.players) != game.players:
+        raise refused(len(pairing.players), f'{game.players} for {game.name}', 'players')
     for name in pairing.players:
         find_agent(name)
     start(pairing.game, pairing.scene, balls=pairing.balls)

@@ -11,6 +11,7 @@ from billiard_shot.game.state import (
     Decision,
     find_game,
     Foul,
+    Game,
     NO_CALL,
     Outcome,
     outcome_of,
@@ -230,7 +231,7 @@ def _reach(state: State, ball: str) -> float:
 
 
 def start(
-    game: str,
+    game: str | Game,
     scene: SceneLike,
     seed: int = 0,
     breaker: int = 0,
@@ -243,7 +244,7 @@ def start(
 
     Parameters
     ----------
-    game : str
+    game : str or Game
         See `find_game`.
     scene : Scene, str or Path
         Its table and the radius of its balls; its `balls` do not count here.
@@ -267,7 +268,7 @@ def start(
     rules, scene = find_game(game), Scene.load(scene)
     if scene.table is None or scene.table.pockets != rules.pockets:
         needed = 'with' if rules.pockets else 'without'
-        raise ValueError(f'scene: {game} needs a table {needed} pockets')
+        raise ValueError(f'scene: {rules.name} needs a table {needed} pockets')
     count = len(rules.balls) if balls is None else whole('balls', balls, 1)
     if count > len(rules.balls):
         raise refused(balls, f'at most {len(rules.balls)}', 'balls')

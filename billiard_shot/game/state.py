@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 import dataclasses
 from dataclasses import dataclass, field, replace
 from importlib import import_module
+from importlib.util import module_from_spec, spec_from_file_location
 import json
 import math
 from pathlib import Path
@@ -62,7 +63,8 @@ def find_plugin(name: str, folder: str, attribute: str, what: str) -> Any:
     Parameters
     ----------
     name : str
-        One of `names_in(folder)`; or `package.module`, a module of somebody else.
+        One of `names_in(folder)`; or `package.module` or the path of a file `.py`, of somebody
+        else.
     folder, attribute : str
     what : str
         What the module defines, in one word: the field that messages name; '' for none.
@@ -74,6 +76,8 @@ def find_plugin(name: str, folder: str, attribute: str, what: str) -> Any:
 
     """
     names = names_in(folder)
+    if name.endswith('.py'):
+        return _of_file(Path(name), attribute, what)
     if name in names:
         name = f'billiard_shot.game.{folder}.{name}'
     elif '.' not in name or not all(map(str.isidentifier, name.split('.'))):
@@ -83,6 +87,20 @@ def find_plugin(name: str, folder: str, attribute: str, what: str) -> Any:
         return getattr(import_module(name), attribute)
     except (ImportError, AttributeError) as error:
         text = f': {name!r} is not a module with {attribute}: {error}'
+        raise InputError([Mistake((what,) if what else (), text)]) from None
+
+
+def _of_file(path: Path, attribute: str, what: str) -> Any:
+    """Return the attribute of a file; ValueError as of `find_plugin`."""
+    spec = spec_from_file_location(path.stem, path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = module_from_spec(spec)
+    try:
+        spec.loader.exec_module(module)
+        return getattr(module, attribute)
+    except (OSError, ImportError, AttributeError) as error:
+        text = f': {str(path)!r} is not a file with {attribute}: {error}'
         raise InputError([Mistake((what,) if what else (), text)]) from None
 
 
@@ -358,7 +376,7 @@ def _player(value: Any) -> int:
 
 
 def _game(value: object) -> Game:
-    return value if isinstance(value, Game) else find_game(str(value), field='')
+    return find_game(value if isinstance(value, Game) else str(value), field='')
 
 
 def _of_its_game(state: Any) -> Iterator[Mistake]:
@@ -514,10 +532,14 @@ class State:
         return {**write(self), 'game': self.game.name}
 
     @classmethod
-    def from_dict(cls, data: Mapping[str, Any]) -> Self:
-        """Make a state from such a dict; ValueError lists all mistakes."""
+    def from_dict(cls, data: Mapping[str, Any], game: Game | None = None) -> Self:
+        """
+        Make a state from such a dict; ValueError lists all mistakes.
+
+        A game that no module has is to be given.
+        """
         try:
-            return read(cls, data)
+            return read(cls, data if game is None else {**data, 'game': game})
         except InputError as error:
             raise InputError(error.mistakes, 'state') from None
 
@@ -526,9 +548,15 @@ class State:
         Path(path).write_text(json.dumps(self.to_dict(), indent=1) + '\n', encoding='utf-8')
 
     @classmethod
-    def load(cls, path: str | Path) -> Self:
+    def load(cls, path: str | Path, game: Game | None = None) -> Self:
         """
         Read a state that `save` wrote.
+
+        Parameters
+        ----------
+        path : str or Path
+        game : Game, optional
+            Needed if it is not in a module or file of its name.
 
         Raises
         ------
@@ -537,7 +565,8 @@ class State:
 
         """
         try:
-            return read(cls, json.loads(Path(path).read_text(encoding='utf-8')))
+            data = json.loads(Path(path).read_text(encoding='utf-8'))
+            return read(cls, data if game is None else {**data, 'game': game})
         except InputError as error:
             raise InputError(error.mistakes, f'state {path}') from None
         except (OSError, ValueError) as error:
@@ -617,7 +646,8 @@ class Game:
     Parameters
     ----------
     name : str
-        The name of its module: in the package as `eight_ball`, elsewhere as `package.module`.
+        The name of its module: in the package as `eight_ball`, elsewhere as `package.module`, or
+        the path of its file.
     balls : tuple of str
         Names of the object balls.
     rack : callable
@@ -668,14 +698,15 @@ def game_names() -> list[str]:
     return names_in('rules')
 
 
-def find_game(name: str, field: str = 'game') -> Game:
+def find_game(name: str | Game, field: str = 'game') -> Game:
     """
     Return a game.
 
     Parameters
     ----------
-    name : str
-        One of `game_names`; or `package.module`, a module of your own with a constant `GAME`.
+    name : str or Game
+        One of `game_names`; or `package.module`, or the path of a file `.py`, of your own with a
+        constant `GAME`. A game is returned as it is.
     field : str
         That holds the name, for messages.
 
@@ -685,9 +716,13 @@ def find_game(name: str, field: str = 'game') -> Game:
         If there is no such game.
 
     """
+    if isinstance(name, Game):
+        return name
     game = find_plugin(name, 'rules', 'GAME', field)
     if not isinstance(game, Game):
         raise refused(game, 'a Game', f'{name}.GAME')
+    if name.endswith('.py'):
+        return replace(game, name=name)
     if game.name != name:  # by which a saved state finds it again
         raise refused(game.name, repr(name), f'{name}.GAME.name')
     return game

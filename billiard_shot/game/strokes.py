@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from billiard_shot.game.rack import scene_of
 from billiard_shot.game.referee import start
-from billiard_shot.game.state import Call, Decision, NO_CALL, State
+from billiard_shot.game.state import Call, Decision, Game, NO_CALL, State
 from billiard_shot.game.valuation import rule_on, RuledBatch, values
 from billiard_shot.planning.plan import cue_ball_at, places_all_over
 from billiard_shot.planning.problem import limits_of, raise_for_clearance
@@ -205,7 +205,8 @@ def hit_something(scene: Scene, state: State) -> Decision:
         legal = np.flatnonzero(met & ~run.miscue)
         if len(legal):
             stroke = Stroke.from_offsets(*offsets[legal[-1]].tolist())
-            return Decision(stroke, Call(safety=True), reason='no direct shot')
+            call = Call(safety=True) if state.game.calls else NO_CALL
+            return Decision(stroke, call, reason='no direct shot')
     return Decision(reason='no stroke meets a legal ball')
 
 
@@ -229,7 +230,7 @@ AIMS, BREAK_TIPS = (-0.3, 0.0, 0.3), (-0.15, 0.1)
 BREAK_ROUNDS = ((12, 8), (24, 3), (48, 1))
 
 
-def best_break(scene: Scene, game: str) -> tuple[Place, Stroke]:
+def best_break(scene: Scene, game: Game | str) -> tuple[Place, Stroke]:
     """
     Return the place of the cue ball (x, y) [m] and the stroke of the break that is best.
 
@@ -238,8 +239,16 @@ def best_break(scene: Scene, game: str) -> tuple[Place, Stroke]:
     return _search(replace(scene, balls={}), game)
 
 
+def best_break_of(scene: Scene, state: State) -> Stroke:
+    """Return the best break of a state whose cue ball lies where it may not be placed anew."""
+    strokes = break_strokes(scene, state)
+    batch = break_racks(scene, state, strokes, range(BREAK_ROUNDS[-1][0]))
+    won = values(scene, state.player, batch).reshape(len(strokes), -1).mean(axis=1)
+    return Stroke.from_offsets(*strokes[np.argmax(won), 2:].tolist())
+
+
 @lru_cache(maxsize=16)
-def _search(scene: Scene, game: str) -> tuple[Place, Stroke]:
+def _search(scene: Scene, game: Game | str) -> tuple[Place, Stroke]:
     strokes = break_strokes(scene, start(game, scene))
     found = np.zeros((len(strokes), 0))
     for racks, best in BREAK_ROUNDS:
@@ -254,31 +263,41 @@ def _search(scene: Scene, game: str) -> tuple[Place, Stroke]:
 
 
 def break_strokes(scene: Scene, state: State) -> Array:
-    """List breaks (n, 7): place x, y of the cue ball [m], and the offsets of the stroke."""
+    """
+    List breaks (n, 7): place x, y of the cue ball [m], and the offsets of the stroke.
+
+    The cue ball is placed if it is in hand. They aim at the ball that is nearest to the head.
+    """
     balls = (place for ball, place in state.balls.items() if ball != CUE_BALL)
     apex = min(balls, key=lambda place: place[0])
-    found = []
     x, speed = -(0.25 + BEHIND) * state.length, scene.robot.speed_max
-    for beside in PLACES_BESIDE:
-        y = beside * state.width
+    placed = [state]
+    if state.places_cue_ball:
+        placed = [state.with_cue_ball(x, beside * state.width) for beside in PLACES_BESIDE]
+    found = []
+    for there in placed:
+        x, y = there.balls[CUE_BALL]
         rows = [
             (0.0, b, 0.0, math.atan2(apex[1] + aim * state.radius - y, apex[0] - x), speed)
             for aim, b in itertools.product(AIMS, BREAK_TIPS)
         ]
-        offsets, playable = raised(scene_of(scene, state.with_cue_ball(x, y)), np.array(rows))
+        offsets, playable = raised(scene_of(scene, there), np.array(rows))
         places = np.broadcast_to((x, y), (len(offsets), 2))
         found.append(np.column_stack([places, offsets])[playable])
     return np.concatenate(found)
 
 
-def break_racks(scene: Scene, game: str, strokes: Array, seeds: range) -> RuledBatch:
+def break_racks(
+    scene: Scene, game: Game | str | State, strokes: Array, seeds: range
+) -> RuledBatch:
     """
     Play breaks with the errors of the player; a stroke without room for the cue is refused.
 
     Parameters
     ----------
     scene : Scene
-    game : str
+    game : Game, str or State
+        Racked anew for each seed, or a state with the cue ball placed, for all of them.
     strokes : (n, 7) float array
         See `break_strokes`.
     seeds : range
@@ -290,7 +309,11 @@ def break_racks(scene: Scene, game: str, strokes: Array, seeds: range) -> RuledB
         (n racks,), all racks of the first break, then of the next one.
 
     """
-    states = [start(game, scene, seed).with_cue_ball(*strokes[0, :2].tolist()) for seed in seeds]
+    if isinstance(game, State):
+        states = [game] * len(seeds)
+    else:
+        place = strokes[0, :2].tolist()
+        states = [start(game, scene, seed).with_cue_ball(*place) for seed in seeds]
     names = tuple(sorted(states[0].balls, key=lambda ball: ball != CUE_BALL))
     position = np.full((len(strokes), len(states), len(names), 3), scene.ball.radius)
     position[..., :2] = [[state.balls[name] for name in names] for state in states]

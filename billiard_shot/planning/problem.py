@@ -345,19 +345,50 @@ NEAR_SIGMAS = 12.0
 
 
 def draw_places(problem: Problem, draw: np.random.Generator, count: int) -> Array | None:
-    """
-    Draw where the balls really lie, (count, balls, 2) [m]; None if their places are exact.
-
-    Balls that overlap are moved apart along the line of their centres, by the same distance each.
-    If some overlap even then, all balls of that table lie where they are believed to lie.
-    """
+    """Draw where the balls really lie, see `places_around`; None if their places are exact."""
     sigma = problem.noise.balls
     if not sigma:
         return None
-    places = problem.places + sigma * draw.standard_normal((count, *problem.places.shape))
     half = np.array(problem.half_sizes)
+    return places_around(problem.places, sigma, half, problem.radius, draw, count)
+
+
+def places_around(
+    believed: Array,
+    sigma: float,
+    half: Array,
+    radius: float,
+    draw: np.random.Generator,
+    count: int,
+) -> Array:
+    """
+    Draw where balls really lie.
+
+    Balls that overlap are moved apart along the line of their centres, by the same distance each.
+    If some overlap even then, all balls of that table lie where they are believed to lie.
+
+    Parameters
+    ----------
+    believed : (balls, 2) float array
+        Where they are believed to lie [m].
+    sigma : float
+        Standard deviation in each direction [m].
+    half : (2,) float array
+        Largest coordinates [m].
+    radius : float
+        Of the balls [m].
+    draw : numpy.random.Generator
+    count : int
+        Number of tables.
+
+    Returns
+    -------
+    (count, balls, 2) float array
+
+    """
+    places = believed + sigma * draw.standard_normal((count, *believed.shape))
     places = np.clip(places, -half, half)
-    believed, apart = problem.places, 2.0 * problem.radius
+    apart = 2.0 * radius
     near = [
         (i, k)
         for i, k in combinations(range(len(believed)), 2)

@@ -56,7 +56,7 @@ def accuracy_within(sigmas: Array) -> Accuracy:
 
 def noise_of(scene: Scene, noise: str | Noise | Mapping[str, Any] | None) -> Noise:
     """
-    Read the execution noise of a request; by default that of the scene.
+    Read the execution noise of a request, by default that of the scene, with its model's error.
 
     Raises
     ------
@@ -65,16 +65,16 @@ def noise_of(scene: Scene, noise: str | Noise | Mapping[str, Any] | None) -> Noi
 
     """
     if noise is None:
-        return scene.noise
-    if isinstance(noise, Noise):
-        return noise
+        return scene.planned_noise
     if isinstance(noise, str) and noise in NOISES:
-        return NOISES[noise]
-    if isinstance(noise, Mapping):
+        noise = NOISES[noise]
+    elif isinstance(noise, Mapping):
         try:
-            return read(Noise, noise)
+            noise = read(Noise, noise)
         except InputError as error:
             raise InputError(error.mistakes, 'noise') from None
+    if isinstance(noise, Noise):
+        return noise.beside(scene.model_error)
     raise ValueError(
         f'noise must be {", ".join(NOISES)} or a mapping of standard deviations, got {noise!r}'
     )

@@ -18,6 +18,7 @@ from billiard_shot.scene.fields import as_floats, check, number, positive, secti
 A, B, ELEVATION, AZIMUTH, SPEED = range(5)  # columns of strokes
 OFFSETS = 'a', 'b', 'elevation', 'azimuth', 'speed'  # names of these columns
 IN_DEGREES = 'a', 'b', 'elevation_deg', 'azimuth_deg', 'speed'  # the same in files and records
+DEVIATIONS = *IN_DEGREES, 'balls'  # of `Noise`
 POOL_BALL_RADIUS = 0.028575  # m: 2 1/4 inches across
 MIN_NOISY_SPEED = 1e-3  # m/s, of a stroke with errors
 
@@ -264,9 +265,40 @@ class Noise:
 
     def times(self, factor: float) -> Noise:
         """Return the noise with all standard deviations multiplied by a factor, at least 0."""
-        return replace(
-            self, **{name: factor * getattr(self, name) for name in (*IN_DEGREES, 'balls')}
-        )
+        return replace(self, **{name: factor * getattr(self, name) for name in DEVIATIONS})
+
+    def beside(self, other: ModelError) -> Noise:
+        """Return the noise with independent errors added."""
+        both: dict[str, Any] = {
+            name: math.hypot(getattr(self, name), getattr(other, name)) for name in DEVIATIONS
+        }
+        return replace(self, **both)
+
+
+@dataclass(frozen=True, slots=True)
+class ModelError:
+    """
+    How far a scene that was fitted errs, as standard deviations of equivalent errors.
+
+    Whoever states chances reckons with them beside the errors of the player, see
+    `Scene.planned_noise`. A calibration writes them.
+
+    Parameters
+    ----------
+    a, b, elevation_deg, azimuth_deg, speed, balls : float
+        Of strikes and of places of balls, in the units and ranges of `Noise`.
+
+    """
+
+    a: float = number('m', minimum=0, maximum=0.1, default=0.0)
+    b: float = number('m', minimum=0, maximum=0.1, default=0.0)
+    elevation_deg: float = number('degrees', minimum=0, maximum=90, default=0.0)
+    azimuth_deg: float = number('degrees', minimum=0, maximum=90, default=0.0)
+    speed: float = number('m/s', minimum=0, default=0.0)
+    balls: float = number('m', minimum=0, maximum=0.1, default=0.0)
+
+    def __post_init__(self) -> None:
+        check(self)
 
 
 def _in_columns(errors: Noise | Bias, ball_radius: float) -> NDArray[np.float64]:

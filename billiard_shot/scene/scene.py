@@ -39,7 +39,7 @@ from billiard_shot.scene.placement import (
     rack_in_the_way,
     racked,
 )
-from billiard_shot.scene.player import Noise, Robot
+from billiard_shot.scene.player import ModelError, Noise, Robot
 
 PROPERTIES = 'Alciatore: physical properties of pool balls, cues and tables'
 EQUIPMENT = 'WPA: Tables & Equipment Specifications'
@@ -230,7 +230,7 @@ def _numbers(section: Any, path: tuple[str, ...]) -> Iterator[Parameter]:
             yield from _numbers(value, here)
 
 
-PLAYER = 'robot', 'noise'
+PLAYER = 'robot', 'noise', 'model_error'
 
 _SETTINGS = 'auto', 'on', 'off'
 
@@ -344,6 +344,8 @@ class Scene(Shown):
         Cushions and pockets; without a table, the cloth is endless.
     robot, noise : Robot, Noise
         The player, for the planner: limits of its strokes, and its execution noise.
+    model_error : ModelError
+        How far the scene itself errs: none unless a calibration or you state it.
     rack : Rack, optional
         Adds the balls of a game to `balls`.
 
@@ -373,6 +375,7 @@ class Scene(Shown):
     table: Table | None = section(Table, nullable=True)
     robot: Robot = section(Robot, optional=True)
     noise: Noise = section(Noise, optional=True)
+    model_error: ModelError = section(ModelError, optional=True)
     rack: InitVar[Rack | None] = section(Rack, nullable=True)
 
     def __post_init__(self, rack: Rack | None) -> None:
@@ -395,6 +398,11 @@ class Scene(Shown):
         table = self.table
         cloth = f'a table of {table.length:g} x {table.width:g} m' if table else 'an endless cloth'
         return f'Scene({balls} ball{"s" * (balls > 1)} on {cloth}, law {self.law})'
+
+    @property
+    def planned_noise(self) -> Noise:
+        """The errors that plans reckon with: those of the player and of the scene."""
+        return self.noise.beside(self.model_error)
 
     @property
     def object_balls(self) -> dict[str, tuple[float, float]]:

@@ -16,8 +16,14 @@ from billiard_shot.calibration.launch import (
     states_of,
 )
 from billiard_shot.calibration.recording import Frame, samples_of
-from billiard_shot.calibration.simulator import FASTEST, recording_of, SLOWEST
-from billiard_shot.scene import Bias, Noise
+from billiard_shot.calibration.simulator import (
+    FASTEST,
+    recording_of,
+    SLOWEST,
+    without_obstacles,
+)
+from billiard_shot.calibration.simulator_fit import rest_errors
+from billiard_shot.scene import Bias, Cushion, Noise
 from billiard_shot.scene.player import SPEED
 
 EXACT = Noise(0.0, 0.0, 0.0, 0.0, 0.0)
@@ -56,6 +62,48 @@ def test_shots_of_a_simulator_tell_numbers_of_table_and_cue(recording):
         assert not low < each.before < high
     after, before = ([each.rmse() for each in by] for by in (found.checks, found.checks_before))
     assert np.median(after) < 0.2 * np.median(before)
+
+
+def others(scene, stroke, errors):
+    """Play on a table of others: Han's cushions, contacts that take no time, and a plain cue."""
+    cushion = Cushion('han', 0.8, 0.17, duration=0.0)
+    instant = replace(scene.contacts.ball_ball, duration=0.0)
+    theirs = replace(
+        scene,
+        table=replace(scene.table, cushion=cushion),
+        effects=replace(scene.effects, shaft='off', flight='off'),
+        contacts=replace(scene.contacts, ball_ball=instant),
+    )
+    return simulator(theirs, stroke, errors)
+
+
+def test_a_fit_finds_the_models_of_a_simulator():
+    """From shots without errors, although those of the player are stated."""
+    sought = [*NUMBERS, 'table.cushion.restitution']
+    found = calibrate(others, CAROM, names=sought, horizon=1.5, shots=16)
+    assert found.converged
+    assert found.scene.table.cushion.model in ('han', 'stronge')  # which differ in a spring alone
+    assert found.scene.effects.shaft == found.scene.effects.flight == 'off'
+    values = {each.name: each.value for each in found.estimates}
+    assert values['cloth.sliding_friction'] == pytest.approx(0.23, rel=0.02)
+    assert values['table.cushion.restitution'] == pytest.approx(0.8, rel=0.02)
+    after, before = rest_errors(found.checks), rest_errors(found.checks_before)
+    assert np.median(after) < 0.2 * np.median(before)
+    assert f'median {100.0 * np.median(after):.1f} cm' in ' '.join(found.notes)
+    assert found.scene.noise == CAROM.noise
+    error = found.scene.model_error
+    assert 0.0 < error.speed < 0.03
+    assert 0.0 < error.azimuth_deg < 0.1
+
+
+def blocked(scene, stroke, errors):
+    raise ValueError('a ball is in the way of the cue')
+
+
+@pytest.mark.parametrize(('player', 'length'), [(simulator, 0.0), (blocked, CAROM.cue.length)])
+def test_whether_the_cue_of_a_simulator_passes_through_balls_is_tried(player, length):
+    scene = without_obstacles(player, CAROM)
+    assert (scene.cue.length, scene.balls) == (length, CAROM.balls)
 
 
 def test_strokes_are_slow_and_fast_and_hit_balls(recording):

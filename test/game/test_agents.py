@@ -12,7 +12,7 @@ from billiard_shot.cli import main
 from billiard_shot.game import Call, Decision, judge, Outcome, Ruling, start, State
 from billiard_shot.game.agents.greedy import Greedy
 from billiard_shot.game.agents.player import Player
-from billiard_shot.game.ideas import indirect_pots, Position
+from billiard_shot.game.ideas import Idea, indirect_pots, Position, rate, safeties
 from billiard_shot.game.rack import (
     agent_names,
     ENDS,
@@ -26,8 +26,8 @@ from billiard_shot.game.rack import (
     simulated,
     summary,
 )
-from billiard_shot.game.state import find_game
-from billiard_shot.game.strokes import best_break, break_racks, placed
+from billiard_shot.game.state import find_game, outcome_of
+from billiard_shot.game.strokes import best_break, best_break_of, break_racks, placed
 from billiard_shot.game.valuation import (
     at_table,
     rule_on,
@@ -38,6 +38,8 @@ from billiard_shot.game.valuation import (
     win_probabilities,
 )
 from billiard_shot.pictures.rack import draw_rack
+from billiard_shot.planning.within_noise import noise_of
+from billiard_shot.scene.player import ModelError
 
 TABLE = Scene.load('seven_foot')
 EXACT = replace(TABLE, noise=TABLE.noise.times(0.0))
@@ -275,6 +277,69 @@ def test_breaks_pot_a_ball_and_do_not_scratch(game, kept):
     assert start(game, TABLE).no_place(*place) == ''
     batch = break_racks(TABLE, game, np.array([[*place, *stroke.offsets]]), range(1000, 1200))
     assert batch.keeps(0).mean() >= kept
+
+
+def test_a_break_from_a_cue_ball_that_is_placed():
+    """At the side, where the player would not place it: it hits the rack at full speed."""
+    state = replace(start('eight_ball', TABLE, 5).with_cue_ball(-0.7, 0.3), in_hand='')
+    stroke = best_break_of(TABLE, state)
+    shot = predict(scene_of(TABLE, state), stroke)
+    assert stroke.speed == TABLE.robot.speed_max
+    assert len(outcome_of(shot).to_cushion) >= 4
+
+
+def test_options_are_the_best_decisions_with_their_values():
+    state = replace(start('practice', TABLE, balls=3), in_hand='')
+    state = replace(state, balls={**state.balls, 'cue': (-0.8, 0.35)})
+    options = Player(TABLE, 1, effort=0.3).options(state, 3)
+    assert options[0].decision == Player(TABLE, 1, effort=0.3).decide(state)
+    assert len(options) == 3
+    assert all(each.place == state.balls['cue'] for each in options)
+    with pytest.raises(ValueError, match='n must be a whole number'):
+        Player(TABLE, 1).options(state, 0)
+
+
+def test_safeties_are_called_only_in_games_with_calls():
+    for game, calls in (('eight_ball', True), ('nine_ball', False)):
+        state = replace(start(game, TABLE), phase='play', in_hand='')
+        state = replace(state, balls={**state.balls, 'cue': (-0.8, 0.1)})
+        some = safeties(Position(state, scene_of(TABLE, state)))
+        assert some
+        assert all(idea.call.safety is calls for idea in some)
+
+
+def touching_pot(balls):
+    """Chance of a combination of two touching balls, if places are known so well [m]."""
+    noise = replace(TABLE.noise, azimuth_deg=0.02, balls=balls)
+    half, r = 0.5 * TABLE.table.length, TABLE.ball.radius
+    way = np.array([half, -0.5 * TABLE.table.width]) / np.hypot(half, 0.5 * TABLE.table.width)
+    first = 0.3 * np.array([half, -0.5 * TABLE.table.width])
+    places = {'cue': first - 0.3 * way, '1': first, '2': first + 2.0 * r * way}
+    scene = replace(TABLE, noise=noise, balls={k: tuple(v.tolist()) for k, v in places.items()})
+    state = replace(start('practice', TABLE, balls=2), balls=scene.balls, in_hand='')
+    offsets = np.array([0.0, 0.0, 0.02, float(np.arctan2(way[1], way[0])), 2.0])
+    idea = Idea(Position(state, scene), offsets, Call('2', 'foot_right'), 1.0)
+    draw = np.random.default_rng(2)
+    errors = draw.standard_normal((60, 5)) * noise.sigmas(r)
+    return rate([idea], errors, 0, draw)[0].success
+
+
+def test_what_a_cluster_does_is_uncertain_if_places_are():
+    assert touching_pot(0.0) > 0.8
+    assert touching_pot(2e-3) < 0.7
+
+
+def test_errors_of_the_scene_count_beside_those_of_the_player():
+    scene = replace(TABLE, model_error=ModelError(azimuth_deg=0.3, speed=0.1, balls=1e-3))
+    noise = scene.planned_noise
+    assert noise.azimuth_deg == pytest.approx(np.hypot(0.125, 0.3))
+    assert (noise.a, noise.balls) == (TABLE.noise.a, 1e-3)
+    assert TABLE.planned_noise == TABLE.noise
+    assert noise_of(scene, 'none').speed == 0.1
+    state = replace(start('practice', TABLE, balls=1), in_hand='')
+    state = replace(state, balls={'cue': (-0.5, 0.2), '1': (0.3, -0.1)})
+    sure, unsure = (Player(each, 1, effort=0.3).decide(state) for each in (TABLE, scene))
+    assert unsure.success < sure.success - 0.1
 
 
 def test_a_break_without_room_for_the_cue_is_a_foul():

@@ -136,6 +136,22 @@ def test_a_game_has_the_name_of_its_module(monkeypatch):
     assert State.from_dict(state.to_dict()) == state
 
 
+def test_a_game_is_an_object_or_in_a_file(tmp_path):
+    """A saved state finds the game of a file again; a game that is an object is given."""
+    path = tmp_path / 'mine.py'
+    path.write_text("from billiard_shot.game import find_game\nGAME = find_game('practice')\n")
+    state = start(str(path), TABLE)
+    assert State.from_dict(state.to_dict()) == state
+    mine = replace(find_game('practice'), name='mine')
+    own = start(mine, TABLE)
+    own.save(tmp_path / 'state.json')
+    assert State.load(tmp_path / 'state.json', mine) == own
+    with pytest.raises(ValueError, match="'mine'"):
+        State.load(tmp_path / 'state.json')
+    with pytest.raises(ValueError, match='is not a file with GAME'):
+        find_game(str(tmp_path / 'none.py'))
+
+
 def test_a_pot_is_read_from_a_prediction():
     balls, ghost = {'3': (0.9, 0.45), '4': (-0.9, 0.3)}, (0.849, 0.4244)
     outcome = outcome_of(shot_at(balls, ghost, cue=(0.3, 0.0)))

@@ -7,8 +7,10 @@ combinations, cushions, safeties and push-outs compete with the pots by the same
 """
 
 from collections.abc import Iterator
+from dataclasses import replace
 import math
 from time import perf_counter
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +30,7 @@ from billiard_shot.game.referee import choose
 from billiard_shot.game.state import Call, Decision, Ruling, State
 from billiard_shot.game.strokes import (
     best_break,
+    best_break_of,
     call_of,
     direct_shots,
     hit_something,
@@ -40,8 +43,9 @@ from billiard_shot.planning.shots import DirectShots
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene
 from billiard_shot.scene.errors import refused
-from billiard_shot.scene.fields import positive
-from billiard_shot.scene.placement import CUE_BALL
+from billiard_shot.scene.fields import positive, whole
+from billiard_shot.scene.placement import CUE_BALL, Place
+from billiard_shot.scene.player import ModelError
 from billiard_shot.shot.stroke import Stroke
 
 SHOTS, TIPS = 12, 9  # direct shots that are tried, at points of contact of the tip
@@ -53,6 +57,14 @@ VARIED, VARIATIONS = 3, 12  # of these, ideas that are varied, and variations of
 POOR = 0.6  # success below which other strokes compete
 OTHERS = 16  # of which so many of each kind are tried with errors
 TIME_RESERVE = 10.0  # decisions for which the time of a rack has to last
+
+
+class Option(NamedTuple):
+    """A decision of a player, and what it is worth."""
+
+    decision: Decision  # with the chance of its shot
+    value: float  # probability to win
+    place: Place  # of the cue ball [m], also if it was in hand
 
 
 class Player:
@@ -90,7 +102,9 @@ class Player:
     ) -> None:
         if plies not in (0, 1, 2):
             raise refused(plies, '0, 1 or 2', 'plies')
-        self._scene, self._draw = scene, np.random.default_rng(seed)
+        # The errors of the scene count as if they were the player's.
+        self._scene = replace(scene, noise=scene.planned_noise, model_error=ModelError())
+        self._draw = np.random.default_rng(seed)
         self._effort, self._plies = positive('effort', effort, ''), plies
         self._safe = safe
         self._seconds = math.inf if seconds is None else positive('seconds', seconds, 's')
@@ -99,7 +113,7 @@ class Player:
     def place(self, state: State) -> tuple[float, float]:
         """Place the cue ball for the stroke that it then plays."""
         if state.phase == 'break':
-            return best_break(self._scene, state.game.name)[0]
+            return best_break(self._scene, state.game)[0]
         start = perf_counter()
         best = self._in_time(state, start)
         if not best:
@@ -115,13 +129,46 @@ class Player:
         if state.choices:
             return Decision(choice=self._choice(state))
         if state.phase == 'break':
-            return Decision(best_break(self._scene, state.game.name)[1], reason='break')
+            return Decision(self._break(state), reason='break')
         best, taken = planned[1:] if planned and planned[0] == state else ([], 0.0)
         if not best or (best[0].success < POOR and 2.0 * taken < self._limit(state)):
             best = self._in_time(state, perf_counter() - taken)
         if not best:
             return hit_something(scene_of(self._scene, state), state)
         return _decision(best)
+
+    def options(self, state: State, n: int = 5) -> list[Option]:
+        """
+        List the best decisions, with the places of a cue ball in hand.
+
+        Parameters
+        ----------
+        state : State
+            Without choices, after the break.
+        n : int
+            Largest number of decisions, at least 1.
+
+        Raises
+        ------
+        ValueError
+            If the state asks for a choice or a break, or n makes no sense.
+
+        """
+        n = whole('n', n, 1)
+        if state.choices or state.phase == 'break':
+            raise refused(state.choices or state.phase, 'a state after the break', 'state')
+        best = self._in_time(state, perf_counter())[:n]
+        return [
+            Option(_decision([each]), each.value, each.idea.position.state.balls[CUE_BALL])
+            for each in best
+        ]
+
+    def _break(self, state: State) -> Stroke:
+        """Return the best break of the game or, if the cue ball lies elsewhere, of this state."""
+        place, stroke = best_break(self._scene, state.game)
+        if state.balls[CUE_BALL] == place:
+            return stroke
+        return best_break_of(self._scene, state)
 
     def saw(self, state: State, decision: Decision, ruling: Ruling) -> None:
         """Learn nothing."""
@@ -212,22 +259,25 @@ class Player:
         errors = self._errors(ERRORS_EACH)
         rated: list[Rating] = []
         for i in range(0, len(ranked), IDEAS_AT_ONCE):
-            rated = _by_value(rated + rate(ranked[i : i + IDEAS_AT_ONCE], errors, self._plies))
+            rated = _by_value(rated + self._rate(ranked[i : i + IDEAS_AT_ONCE], errors))
             yield rated
         if not rated:
             return
         for each in rated[:VARIED]:
             some = variations(each.turned, self._many(VARIATIONS), self._draw)
-            rated = rated + rate(some, errors, self._plies)
+            rated = rated + self._rate(some, errors)
             yield _by_value(rated)
         rated, errors = _by_value(rated), self._errors(MORE_SAMPLES)
         again: list[Rating] = []
         for each in rated[:WINNERS]:
-            again += rate([each.turned], errors, self._plies)
+            again += self._rate([each.turned], errors)
             yield rated
         again = _by_value(again)
         # The largest of several estimates is too large: state the one of new errors.
-        yield rate([again[0].idea], self._errors(MORE_SAMPLES), self._plies) + again[1:]
+        yield self._rate([again[0].idea], self._errors(MORE_SAMPLES)) + again[1:]
+
+    def _rate(self, ideas: list[Idea], errors: Array) -> list[Rating]:
+        return rate(ideas, errors, self._plies, self._draw)
 
     def _many(self, count: int) -> int:
         return max(1, round(count * self._effort))
@@ -276,7 +326,9 @@ def _by_value(rated: list[Rating]) -> list[Rating]:
 def _in_words(call: Call) -> str:
     if call.ball:
         return f'{call.ball} to {call.pocket}'
-    return 'push-out' if call.push_out else 'safety'
+    if call.push_out:
+        return 'push-out'
+    return 'safety' if call.safety else 'no ball'
 
 
 make = Player
