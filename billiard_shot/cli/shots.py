@@ -18,10 +18,10 @@ from billiard_shot.cli.stroke_options import (
     strokes_given,
 )
 from billiard_shot.cli.workers import mapped, OfWork
-from billiard_shot.planning.within_noise import NOISES
 from billiard_shot.scene import Noise, Scene
 from billiard_shot.scene.fields import number, whole_number
 from billiard_shot.scene.files import read_yaml, scene_names
+from billiard_shot.scene.player import NOISES
 from billiard_shot.shot.play import DEFAULT_SHOT_TOLERANCE
 
 
@@ -154,9 +154,9 @@ def title_of(name: str, text: str, shots: dict[str, Shot]) -> str:
 
 
 @dataclass(frozen=True)
-class OfSearch:
+class OfNoise:
     """
-    Noise and seed of a search.
+    The noise and the seed.
 
     Parameters
     ----------
@@ -169,7 +169,6 @@ class OfSearch:
 
     """
 
-    TITLE: ClassVar = 'search'
     noise: str | None = option(choices=[*NOISES])
     noise_scale: float = number('', minimum=0, default=1.0)
     seed: int = whole_number(minimum=0, default=1)
