@@ -6,7 +6,7 @@ import numpy as np
 
 from billiard_shot import predict_batch, Scene
 from billiard_shot.planning.problem import limits_of, raise_for_clearance
-from billiard_shot.planning.within_noise import NOISES
+from billiard_shot.scene.player import NOISES
 from billiard_shot.shot.stroke import vectors_of
 from billiard_shot.table.run.results import POCKET_NAMES
 

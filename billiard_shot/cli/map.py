@@ -11,7 +11,7 @@ import numpy as np
 from billiard_shot import Scene
 from billiard_shot.cli.options import option
 from billiard_shot.cli.output import Column, OfFormat, print_rows, reporting, wants_text
-from billiard_shot.cli.shots import OfScene, OfSearch, scene_name, selected_noise
+from billiard_shot.cli.shots import OfNoise, OfScene, scene_name, selected_noise
 from billiard_shot.cli.workers import OfWork, working
 from billiard_shot.pictures.plan import draw_success_map, map_in_words
 from billiard_shot.planning.success_map import MAP_BUDGET, success_map, USUAL_GRID
@@ -60,7 +60,7 @@ class OfMap:
 
 
 @dataclass(frozen=True)
-class OfPlaceSearch(OfSearch):
+class OfPlaceSearch(OfNoise):
     """
     The search from each place.
 
@@ -71,6 +71,7 @@ class OfPlaceSearch(OfSearch):
 
     """
 
+    TITLE: ClassVar = 'search'
     budget: int = whole_number(minimum=1, default=MAP_BUDGET)
 
 

@@ -24,7 +24,7 @@ from billiard_shot.cli.output import (
     wants_text,
     WIDTH,
 )
-from billiard_shot.cli.shots import OfScene, OfSearch, scene_name, selected_noise
+from billiard_shot.cli.shots import OfNoise, OfScene, scene_name, selected_noise
 from billiard_shot.cli.workers import OfWork, working
 from billiard_shot.pictures.plan import draw_plan
 from billiard_shot.pictures.view import write_page
@@ -175,7 +175,7 @@ class OfConstraints:
 
 
 @dataclass(frozen=True)
-class OfLimitedSearch(OfSearch):
+class OfLimitedSearch(OfNoise):
     """
     How long to search.
 
@@ -188,6 +188,7 @@ class OfLimitedSearch(OfSearch):
 
     """
 
+    TITLE: ClassVar = 'search'
     BUDGET: ClassVar = NORMAL_BUDGET
     SECONDS: ClassVar = USUAL_SECONDS
     budget: int | None = whole_number(minimum=1, default=None)

@@ -1,9 +1,11 @@
-"""`billiard-shot play`: one rack, between players or against a person in the terminal."""
+"""`billiard-shot play`: a rack between players or persons, or ten racks against the ghost."""
 
 import argparse
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 import io
 import json
+import os
 from pathlib import Path
 import sys
 import tempfile
@@ -12,11 +14,14 @@ from typing import ClassVar
 from billiard_shot import Scene
 from billiard_shot.cli.output import DONE
 from billiard_shot.cli.person import Quit
-from billiard_shot.cli.tournament import find_own_modules, OfGame
+from billiard_shot.cli.rate import PEOPLE, TEN_RACKS, TEST
+from billiard_shot.cli.shots import OfNoise
+from billiard_shot.cli.tournament import find_own_modules, OfGame, scene_from
 from billiard_shot.game.rack import (
     agent_names,
     agents_of,
     check_pairing,
+    find_agent,
     first_record,
     MAX_SHOTS,
     Pairing,
@@ -48,7 +53,9 @@ class OfPlay:
     state : FILE
         File of the game, written after each shot; if it exists, the game goes on from it.
     pages : FOLDER
-        Write a page for each shot into this folder.
+        Write a page for each shot into this folder. With GAME %(GHOST)s, ten racks of ten-ball
+        against the ghost, it has the racks, and pages of each shot that lost one with the shot
+        that `player` would have chosen; by default it is in the user's data.
     browser : bool
         Show the page of each shot in the browser.
     json : bool
@@ -57,6 +64,7 @@ class OfPlay:
     """
 
     PERSON: ClassVar = PERSON
+    GHOST: ClassVar = 'ghost'
     AGENTS: ClassVar = ', '.join(agent_names())
     players: list[str] | None = None
     rack: int = whole_number(minimum=0, default=0)
@@ -66,13 +74,25 @@ class OfPlay:
     json: bool = False
 
 
-OPTIONS = OfGame(), OfPlay()
+OPTIONS = OfGame(), OfPlay(), OfNoise()
 
 
 def run(options: argparse.Namespace) -> int:
     """Play and print; ValueError for an invalid request."""
     find_own_modules()
-    scene = Scene.load(options.scene)
+    scene = scene_from(options)
+    try:
+        if options.game == OfPlay.GHOST:
+            _against_the_ghost(scene, options)
+        else:
+            _play_rack(scene, options)
+    except Quit:
+        pass
+    return DONE
+
+
+def _play_rack(scene: Scene, options: argparse.Namespace) -> RackRecord:
+    """Play a rack, or go on with it; print, write what is asked for, and return its record."""
     needed = find_game(options.game).players
     given = options.players or [PERSON, 'player'][:needed]
     if len(given) > needed:
@@ -97,14 +117,63 @@ def run(options: argparse.Namespace) -> int:
                 _tell(record)
             if options.browser:
                 _show_last_shot(record, scene)
-    except KeyboardInterrupt as ended:
+    except KeyboardInterrupt:
         _keep(record, options.state)
         _finish(record, scene, options)
-        if isinstance(ended, Quit):
-            return DONE
         raise
     _finish(record, scene, options)
-    return DONE
+    return record
+
+
+def _against_the_ghost(scene: Scene, options: argparse.Namespace) -> None:
+    """Go on with ten racks that are kept in a folder; show a better shot for each that lost."""
+    own = options.pages or _data() / '-'.join(
+        [Path(options.scene).stem, options.noise or 'noise', f'{options.noise_scale:g}']
+    )
+    own.mkdir(parents=True, exist_ok=True)
+    racks = [RackRecord.load(path) for path in sorted(own.glob('rack-*.json'))]
+    racks = [rack for rack in racks if rack.state['over']]
+    end = TEN_RACKS * (len(racks) // TEN_RACKS + 1)
+    while len(racks) < end:
+        if racks:
+            print(_score(racks))
+        name = f'rack-{len(racks) + 1:04d}'
+        new = {'game': TEST, 'rack': len(racks), 'state': own / f'{name}.json', 'pages': None}
+        rack = _play_rack(scene, argparse.Namespace(**{**vars(options), **new}))
+        racks.append(rack)
+        if rack.winner is None:
+            print(_show_better(rack, scene, own / name))
+    print(_score(racks))
+
+
+def _data() -> Path:
+    """Return the folder of the user's data."""
+    root = os.environ.get('XDG_DATA_HOME') or '~/.local/share'
+    return Path(root).expanduser() / 'billiard_shot'
+
+
+def _show_better(rack: RackRecord, scene: Scene, folder: Path) -> str:
+    """Write pages of the last shot and of the shot of `player`, with the same errors."""
+    last = rack.shots[-1]
+    there = replace(rack, shots=(), state=last.state)
+    (better,) = next(play_on(there, scene, [find_agent('player')(scene, rack.seed)])).shots
+    better = replace(better, reason=f'better: {better.reason}')
+    page = write_rack(replace(rack, shots=(last, better)), scene, folder)
+    return f'{better.reason} ({better.text}); pages: {page}'
+
+
+def _score(racks: Sequence[RackRecord]) -> str:
+    """Write a line for each ten racks against the ghost, and one with the figures of people."""
+    lines = []
+    for first in range(0, len(racks), TEN_RACKS):
+        ten = racks[first : first + TEN_RACKS]
+        won = sum(rack.winner is not None for rack in ten)
+        balls = sum(rack.state['scores'][0] for rack in ten)
+        lines.append(
+            f'racks {first + 1} to {first + len(ten)}: {won} run out, '
+            f'{balls} of {len(ten) * len(find_game(TEST).balls)} balls'
+        )
+    return '\n'.join([*lines, PEOPLE['ten racks of ten-ball']])
 
 
 def _check_streams(options: argparse.Namespace, *, talks_to_a_person: bool) -> None:

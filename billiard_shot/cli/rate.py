@@ -1,78 +1,85 @@
-"""`billiard-shot rate`: how strong a player is, beside people, by racks against the ghost."""
+"""`billiard-shot rate`: how strong players are, beside people."""
 
 import argparse
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 import json
 import os
+from pathlib import Path
 from typing import Any, ClassVar
 
-from billiard_shot import Scene
 from billiard_shot.cli.options import positional
 from billiard_shot.cli.output import DONE, progress, table
-from billiard_shot.cli.tournament import find_own_modules
+from billiard_shot.cli.shots import OfNoise
+from billiard_shot.cli.tournament import find_own_modules, read_racks, scene_from
 from billiard_shot.cli.workers import OfWork, working
 from billiard_shot.game.rack import agent_names, check_pairing, Pairing, play_racks, RackRecord
+from billiard_shot.game.rating import ratings, tally
 from billiard_shot.game.state import find_game
 from billiard_shot.planning.statistics import percent, wilson_interval
-from billiard_shot.scene.fields import number, whole_number
+from billiard_shot.scene.fields import whole_number
 
 GHOSTS = 'eight_ball_ghost', 'nine_ball_ghost', 'ten_ball_ghost'
 TEST = 'ten_ball_ghost'
 TEN_RACKS = 10  # of the test, which has 100 balls
-PEOPLE = (  # with the sources of the figures
-    (
-        'ghost',
-        'top professional about 80 %, lower professional 70 %, shortstop 50 to 60 %',
-        'AzBilliards forum, thread 4282109',
-    ),
-    (
-        'ten racks of ten-ball',
-        'professional from 71, A+ 61 to 65, B+ 51 to 55, C+ 41 to 45, D+ 30 to 35 balls',
-        'D. Alciatore, billiards.colostate.edu, ratings',
-    ),
-)
+PEOPLE = {  # figures with their sources
+    'ghost': 'top professional about 80 %, lower professional 70 %, shortstop 50 to 60 % '
+    '(nine-ball; AzBilliards forum, thread 4282109)',
+    'ten racks of ten-ball': 'professional from 71, A+ 61 to 65, B+ 51 to 55, C+ 41 to 45, '
+    'D+ 30 to 35 balls (D. Alciatore, billiards.colostate.edu, ratings)',
+    'TPA': 'world class from .900, professional from .850 '
+    '(Accu-Stats; D. Alciatore, billiards.colostate.edu, FAQ on TPA)',
+    'rating': 'world class 800; 500 runs out from the first visit in 10 %, 400 in 1 % '
+    '(fargorate.com)',
+    'straight pool': 'longest run 832, of a player whose mean is about 111 '
+    '(azbilliards.com on J. Shaw, January 2025)',
+}
 
 
 @dataclass(frozen=True)
 class OfRating:
     """
-    The player, the table, its noise, and the number of racks.
+    The player and the racks.
 
     Parameters
     ----------
     agent : AGENT
-        One of %(AGENTS)s, with options, or a module.
+        One of %(AGENTS)s, with options, or a module: it plays against the ghost.
     scene : SCENE
         Table, noise and limits (default: %(default)s).
-    noise_scale : K
-        Multiplies the noise of the scene (default: %(default)g).
     racks : N
         Number of racks of each game (default: %(default)d).
-    seed : S
-        Of racks and errors (default: %(default)d).
+    match : FILE.jsonl
+        In place of AGENT: racks that `tournament -o` wrote, or `play --state`. All their players
+        are rated.
     json : bool
         Print the numbers as JSON.
 
     """
 
     AGENTS: ClassVar = ', '.join(agent_names())
-    agent: str = positional()
+    agent: str | None = positional('?')
     scene: str = 'pool_table'
-    noise_scale: float = number('', above=0.0, default=1.0)
     racks: int = whole_number(minimum=1, default=20)
-    seed: int = whole_number(minimum=0, default=1)
+    match: list[Path] | None = None
     json: bool = False
 
 
-OPTIONS = OfRating(), OfWork(os.cpu_count() or 1)
+OPTIONS = OfRating(), OfNoise(), OfWork(os.cpu_count() or 1)
 
 
 def run(options: argparse.Namespace) -> int:
     """Play and print. ValueError for an invalid request."""
+    if bool(options.agent) == bool(options.match):
+        raise ValueError('rate needs either AGENT or --match')
+    if options.match:
+        rows = _of_matches(
+            [rack for path in options.match for rack in read_racks(path, '--match')]
+        )
+        print(json.dumps(rows) if options.json else _matches_as_text(rows))
+        return DONE
     find_own_modules()
-    count, scene = options.racks, Scene.load(options.scene)
-    scene = replace(scene, noise=scene.noise.times(options.noise_scale))
+    count, scene = options.racks, scene_from(options)
     pairings = [Pairing(game, scene, (options.agent,), options.seed) for game in GHOSTS]
     for pairing in pairings:
         check_pairing(pairing)
@@ -123,9 +130,51 @@ def _as_text(rows: Sequence[dict[str, Any]]) -> str:
     test = next(row for row in rows if row['game'] == TEST)
     low, high = (TEN_RACKS * each for each in test['balls_interval'])
     balls = TEN_RACKS * test['balls']
-    lines += [
-        (f'ten racks of ten-ball: {balls:.0f} of 100 balls (95 % CI {low:.0f} to {high:.0f})',),
-        ('people',),
-        *((f'{measure}: {figures} ({source})',) for measure, figures, source in PEOPLE),
-    ]
-    return table(lines)
+    lines.append(
+        (f'ten racks of ten-ball: {balls:.0f} of 100 balls (95 % CI {low:.0f} to {high:.0f})',)
+    )
+    return table([*lines, *_people('ghost', 'ten racks of ten-ball')])
+
+
+def _people(*measures: str) -> list[tuple[str]]:
+    return [('people',), *((f'{measure}: {PEOPLE[measure]}',) for measure in measures)]
+
+
+def _of_matches(racks: Sequence[RackRecord]) -> list[dict[str, Any]]:
+    """Rate all players of racks; the runs are those of straight pool, None without it."""
+    rated, rows = ratings(racks), []
+    for name in dict.fromkeys(name for rack in racks for name in rack.players):
+        own = [rack for rack in racks if name in rack.players]
+        straight = tally([rack for rack in own if rack.game == 'straight_pool'], name)
+        rating, whole = rated.get(name), tally(own, name)
+        rows.append(
+            {
+                'player': name,
+                'racks': len(own),
+                'wins': sum(rack.winner == name for rack in own),
+                'balls': whole.balls,
+                'errors': whole.errors,
+                'tpa': whole.tpa if whole.balls + whole.errors else None,
+                'rating': rating.points if rating else None,
+                'reach': rating.reach if rating else None,
+                'run': straight.mean_run if straight.ends else None,
+                'longest': straight.longest,
+            }
+        )
+    return rows
+
+
+def _matches_as_text(rows: Sequence[dict[str, Any]]) -> str:
+    lines: list[tuple[str, ...]] = [('player', 'won', 'TPA (95 % CI)', 'rating (95 % CI)', 'runs')]
+    for row in rows:
+        tpa = rating = run = '-'
+        if row['tpa']:
+            tpa = '{:.3f} ({:.3f} to {:.3f})'.format(*row['tpa'])
+        if row['rating'] is not None:
+            rating = f'{row["rating"]:.0f} (± {row["reach"]:.0f})'
+        if row['run']:
+            run = 'mean {:.1f} ({:.1f} to {:.1f})'.format(*row['run'])
+            run += f', longest {row["longest"]}'
+        lines.append((row['player'], f'{row["wins"]} of {row["racks"]}', tpa, rating, run))
+    people = 'TPA', 'rating', *(['straight pool'] if any(row['run'] for row in rows) else [])
+    return table([*lines, *_people(*people)])

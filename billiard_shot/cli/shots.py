@@ -13,10 +13,10 @@ from urllib.parse import urlsplit
 from billiard_shot import load_shot, lowest_elevation, predict, Shot
 from billiard_shot.cli.options import constant, option, positional
 from billiard_shot.cli.workers import mapped, OfWork
-from billiard_shot.planning.within_noise import NOISES
 from billiard_shot.scene import Noise, Scene
 from billiard_shot.scene.fields import number, whole_number
 from billiard_shot.scene.files import read_yaml, scene_names
+from billiard_shot.scene.player import NOISES
 from billiard_shot.shot.play import DEFAULT_SHOT_TOLERANCE
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.table.run.results import POCKET_NAMES
@@ -319,9 +319,9 @@ def title_of(name: str, text: str, shots: dict[str, Shot]) -> str:
 
 
 @dataclass(frozen=True)
-class OfSearch:
+class OfNoise:
     """
-    Noise and seed of a search.
+    The noise and the seed.
 
     Parameters
     ----------
@@ -334,7 +334,6 @@ class OfSearch:
 
     """
 
-    TITLE: ClassVar = 'search'
     noise: str | None = option(choices=[*NOISES])
     noise_scale: float = number('', minimum=0, default=1.0)
     seed: int = whole_number(minimum=0, default=1)

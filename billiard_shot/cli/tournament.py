@@ -1,7 +1,7 @@
 """`billiard-shot tournament`: many racks of a game between two players."""
 
 import argparse
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import json
 import os
 from pathlib import Path
@@ -11,6 +11,7 @@ from typing import Any, ClassVar
 from billiard_shot import Scene
 from billiard_shot.cli.options import option, positional
 from billiard_shot.cli.output import DONE, INTERRUPTED, progress
+from billiard_shot.cli.shots import OfNoise, selected_noise
 from billiard_shot.cli.workers import OfWork, working
 from billiard_shot.game.rack import (
     agent_names,
@@ -22,14 +23,14 @@ from billiard_shot.game.rack import (
 )
 from billiard_shot.game.state import find_game, game_names
 from billiard_shot.planning.statistics import interval_in_words
-from billiard_shot.scene.errors import must_be
+from billiard_shot.scene.errors import must_be, reason
 from billiard_shot.scene.fields import whole_number
 
 
 @dataclass(frozen=True)
 class OfGame:
     """
-    The game, the table and the seed.
+    The game and the table.
 
     Parameters
     ----------
@@ -39,8 +40,6 @@ class OfGame:
         Table, noise and limits (default: %(default)s).
     balls : N
         How many balls are racked.
-    seed : S
-        Of racks and errors (default: %(default)d).
 
     """
 
@@ -48,7 +47,12 @@ class OfGame:
     game: str = positional()
     scene: str = 'pool_table'
     balls: int | None = None
-    seed: int = whole_number(minimum=0, default=1)
+
+
+def scene_from(options: argparse.Namespace) -> Scene:
+    """Load the scene of a game, with the selected noise."""
+    scene = Scene.load(options.scene)
+    return replace(scene, noise=selected_noise(options, scene))
 
 
 def find_own_modules() -> None:
@@ -87,7 +91,7 @@ class OfTournament:
     json: bool = False
 
 
-OPTIONS = OfGame(), OfTournament(), OfWork(os.cpu_count() or 1)
+OPTIONS = OfGame(), OfTournament(), OfNoise(), OfWork(os.cpu_count() or 1)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -95,9 +99,7 @@ def run(options: argparse.Namespace) -> int:
     find_own_modules()
     count = options.racks or (OfTournament.QUICK if options.quick else OfTournament.RACKS)
     players = tuple(options.players[: find_game(options.game).players])
-    pairing = Pairing(
-        options.game, Scene.load(options.scene), players, options.seed, options.balls
-    )
+    pairing = Pairing(options.game, scene_from(options), players, options.seed, options.balls)
     check_pairing(pairing)
     racks = _known(options.output, pairing, count)
     numbers = [number for number in range(count) if number not in racks]
@@ -124,12 +126,7 @@ def _known(path: Path | None, pairing: Pairing, count: int) -> dict[int, RackRec
     if path is None or not path.exists():
         return {}
     found = {}
-    for number, line in enumerate(path.read_text(encoding='utf-8').splitlines(), 1):
-        try:
-            rack = RackRecord.from_dict(json.loads(line))
-        except (KeyError, TypeError, ValueError):
-            text = must_be('the record of a rack', line)
-            raise ValueError(f'--output: {path}: line {number} {text}') from None
+    for rack in read_racks(path, '--output'):
         theirs, ours = ((each.game, tuple(each.players), each.seed) for each in (rack, pairing))
         if theirs != ours:
             raise ValueError(
@@ -137,6 +134,22 @@ def _known(path: Path | None, pairing: Pairing, count: int) -> dict[int, RackRec
             )
         if rack.number < count:
             found[rack.number] = rack
+    return found
+
+
+def read_racks(path: Path, option: str) -> list[RackRecord]:
+    """Read the racks that a file has, one a line; ValueError names the option and the line."""
+    found = []
+    try:
+        lines = path.read_text(encoding='utf-8').splitlines()
+    except OSError as error:
+        raise ValueError(f'{option}: {path}: {reason(error)}') from None
+    for number, line in enumerate(lines, 1):
+        try:
+            found.append(RackRecord.from_dict(json.loads(line)))
+        except (KeyError, TypeError, ValueError):
+            text = must_be('the record of a rack', line)
+            raise ValueError(f'{option}: {path}: line {number} {text}') from None
     return found
 
 

@@ -28,6 +28,7 @@ from billiard_shot.game.state import (
 from billiard_shot.planning.statistics import wilson_interval
 from billiard_shot.scene import Scene
 from billiard_shot.scene.errors import must_be_one_of, reason, refused
+from billiard_shot.scene.player import NOISES
 from billiard_shot.shot.predict import predict
 from billiard_shot.shot.shot import Shot
 from billiard_shot.shot.stroke import Stroke
@@ -102,6 +103,15 @@ def simulated(scene: Scene, stroke: Stroke, errors: np.random.Generator) -> Outc
 def scene_of(scene: Scene, state: State) -> Scene:
     """Return the scene with the balls of a state."""
     return replace(scene, balls=state.balls)
+
+
+LEVEL = '@'  # between the name of a player and its noise level, as in `player@fargo_500`
+
+
+def scene_for(scene: Scene, player: str) -> Scene:
+    """Return the scene with the noise that the name of a player states, if it does."""
+    level = player.partition(LEVEL)[2]
+    return replace(scene, noise=NOISES[level]) if level else scene
 
 
 MakeAgent = Callable[[Scene, int], Agent]
@@ -209,7 +219,8 @@ def play_on(
     state = State.from_dict(record.state, game)
     while not state.over and len(record.shots) < MAX_SHOTS:
         agent, errors = agents[state.player], agent_errors(record.seed, record.number, state)
-        seen, decision, ruling, times = take_shot(state, scene, agent, errors, simulator)
+        own = scene_for(scene, record.players[state.player])
+        seen, decision, ruling, times = take_shot(state, own, agent, errors, simulator)
         if not decision.choice:
             for each in agents:
                 each.saw(seen, decision, ruling)
@@ -288,7 +299,8 @@ def replayed(record: RackRecord, scene: Scene) -> Iterator[tuple[PlayedShot, Sho
     for shot in record.shots:
         if shot.offsets:
             state = State.from_dict(shot.state)
-            at, stroke = scene_of(scene, state), Stroke.from_offsets(*shot.offsets)
+            own = scene_for(scene, record.players[state.player])
+            at, stroke = scene_of(own, state), Stroke.from_offsets(*shot.offsets)
             errors = agent_errors(record.seed, record.number, state)
             yield shot, predict(at, at.noise.perturb(stroke, errors, at.ball.radius))
 
@@ -363,7 +375,8 @@ def find_agent(name: str) -> MakeAgent:
     ----------
     name : str
         One of `agent_names`; or `package.module`, a module of your own with a function `make`.
-        Options for `make` may follow, such as `player:effort=0.5,plies=1`.
+        Options for `make` may follow, such as `player:effort=0.5,plies=1`, and one of `NOISES`,
+        such as `player@fargo_500`: the noise of its strokes, in place of that of the scene.
 
     Raises
     ------
@@ -371,7 +384,10 @@ def find_agent(name: str) -> MakeAgent:
         If there is no such agent.
 
     """
-    module, _, words = name.partition(':')
+    words, _, level = name.partition(LEVEL)
+    if level and level not in NOISES:
+        raise ValueError(f'noise of player {words!r} {must_be_one_of(NOISES, level)}')
+    module, _, given = words.partition(':')
     make: MakeAgent = find_plugin(module, 'agents', 'make', 'player')
     try:
         signature(make).bind(None, 0)
@@ -379,7 +395,8 @@ def find_agent(name: str) -> MakeAgent:
         raise refused(
             make, 'a function of a scene and a seed', f'make of player {module!r}'
         ) from None
-    return partial(make, **dict(_option(make, name, word) for word in words.split(',') if word))
+    options = dict(_option(make, words, word) for word in given.split(',') if word)
+    return lambda scene, seed: make(scene_for(scene, name), seed, **options)
 
 
 def _option(make: MakeAgent, name: str, word: str) -> tuple[str, Any]:

@@ -22,6 +22,7 @@ from billiard_shot.embed.scenes import core_script, export_scene
 from billiard_shot.pictures.colours import ball_colour, is_striped
 from billiard_shot.scene import Scene, SceneLike
 from billiard_shot.scene.errors import reason
+from billiard_shot.scene.player import NOISES, OFFSETS
 from billiard_shot.shot.play import DEFAULT_SHOT_TOLERANCE, prepared_scene
 from billiard_shot.shot.shot import Shot
 from billiard_shot.table.run.outline import outline_of
@@ -171,6 +172,10 @@ def _scene_data(
         'scene': export_scene(scene, tolerance),
         'equipment': equipment_of(scene),
         'source': scene.to_dict(),
+        'noises': {
+            name: dict(zip(OFFSETS, noise.sigmas(scene.ball.radius).tolist(), strict=True))
+            for name, noise in NOISES.items()
+        },
         'words': {'happens': {str(kind): text for kind, text in HAPPENS.items()}},
         'table': _table(scene),
         'cue': {'length': scene.cue.length or DRAWN_CUE_LENGTH, 'tip_curvature': curvature},

@@ -187,8 +187,8 @@ def plan(
         `radius`, `{'safe': balls, 'against': balls, 'chance': p}`, `{'break': balls, 'pots': n}`;
         or an object of the classes in targets.py. In m, frame `table`.
     noise : str, Noise or mapping, optional
-        `tournament`, `none`, or the standard deviations of a `Noise`; by default those of the
-        scene.
+        `tournament`, `none`, a level of people such as `fargo_500`, or the standard deviations of
+        a `Noise`; by default those of the scene.
     budget : int
         Largest number of simulated strokes, at least 1. The search ends earlier if the best
         stroke is clear.

@@ -15,7 +15,7 @@ from billiard_shot.records import Array
 from billiard_shot.scene import Noise, Scene, SceneLike
 from billiard_shot.scene.errors import InputError
 from billiard_shot.scene.fields import read
-from billiard_shot.scene.player import A, AZIMUTH, B, SPEED
+from billiard_shot.scene.player import A, AZIMUTH, B, NOISES, SPEED
 from billiard_shot.shot.effects import StrikeModel
 from billiard_shot.shot.play import Accuracy, play, prepared_scene, strike, StrokeBatch
 from billiard_shot.shot.stroke import playable_offsets, read_rows, vectors_of
@@ -32,8 +32,6 @@ from billiard_shot.table.strike.placement import (
     VARIED,
 )
 
-# Noise of the computer pool tournaments, see `Noise`; no noise at all.
-NOISES = {'tournament': Noise(), 'none': Noise(0.0, 0.0, 0.0, 0.0, 0.0)}
 TRIALS = Accuracy(1e-3, checked=False)  # of the trials of finished plans
 # m: while strokes are compared, trajectories may err by the displacement that the standard error
 # of the azimuth causes over this distance

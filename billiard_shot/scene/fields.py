@@ -22,6 +22,7 @@ from billiard_shot.scene.errors import (
     Mistake,
     must_be_one_of,
     refused,
+    suggestion,
     TWICE,
     unknown,
 )
@@ -91,7 +92,8 @@ def check_type(name: str, value: object, kind: type) -> None:
 
 
 Convert = Callable[[object], Any]
-TAKES, DERIVED, SECTION_KEY = 'takes', 'derived', 'section'
+TAKES, DERIVED, SECTION_KEY, NAMED = 'takes', 'derived', 'section', 'named'
+NO_NAMES: Mapping[str, Any] = {}
 NUMBER, WHOLE = 'number', 'whole'
 THOUSANDTHS = {'kg': 'g', 'm': 'mm', 's': 'ms'}
 LONGEST_NAME = 64  # characters
@@ -243,19 +245,31 @@ def point(*, nullable: bool = False) -> Any:
     return _required(convert, nullable)
 
 
-def section(kind: type, *, optional: bool = False, nullable: bool = False) -> Any:
+def section(
+    kind: type,
+    *,
+    optional: bool = False,
+    nullable: bool = False,
+    named: Mapping[str, Any] = NO_NAMES,
+) -> Any:
     """
     Field for a dataclass of such fields.
 
     An `optional` section is made of its defaults if it is missing; a `nullable` one is then None.
+    A name among `named` stands for its value.
     """
 
     def convert(value: object) -> Any:
+        if isinstance(value, str) and named:
+            if value not in named:
+                allowed = f'a mapping, or one of {", ".join(named)}'
+                raise refused(value, allowed, hint=suggestion(named, value))
+            return named[value]
         if not (nullable and value is None):
             check_type('', value, kind)
         return value
 
-    metadata: dict[str, Any] = {TAKES: convert, SECTION_KEY: kind}
+    metadata: dict[str, Any] = {TAKES: convert, SECTION_KEY: kind, NAMED: named}
     if nullable:
         return dataclasses.field(default=None, metadata=metadata)
     factory: Any = kind if optional else dataclasses.MISSING
@@ -472,7 +486,7 @@ def _examine(
             try:
                 known[name] = metadata[TAKES](value)
             except ValueError as error:
-                mapping = reading and SECTION_KEY in metadata
+                mapping = reading and SECTION_KEY in metadata and not metadata[NAMED]
                 mistakes += found_in(_no_mapping(value) if mapping else error, name)
                 if isinstance(error, InputError) and error.valid_part is not None:
                     known[name] = error.valid_part

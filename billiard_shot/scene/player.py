@@ -301,6 +301,21 @@ class ModelError:
         check(self)
 
 
+LEVELS = {400: 4.0, 500: 2.4, 600: 1.5, 700: 0.95, 800: 0.6}
+"""
+Noise of people by their rating (FargoRate), as a multiple of the noise of tournaments.
+
+With it the agent `player` runs out as often as they do: see docs/levels.md.
+"""
+
+NOISES = {
+    'tournament': Noise(),
+    'none': Noise(0.0, 0.0, 0.0, 0.0, 0.0),
+    **{f'fargo_{rating}': Noise().times(factor) for rating, factor in LEVELS.items()},
+}
+"""Noise by names: of the computer pool tournaments, see `Noise`; none; and of `LEVELS`."""
+
+
 def _in_columns(errors: Noise | Bias, ball_radius: float) -> NDArray[np.float64]:
     """Return the errors (5,) of a, b (ball radii), elevation, azimuth (rad), speed (m/s)."""
     ball_radius = positive('ball_radius', ball_radius, 'm')

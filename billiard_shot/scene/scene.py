@@ -39,7 +39,7 @@ from billiard_shot.scene.placement import (
     rack_in_the_way,
     racked,
 )
-from billiard_shot.scene.player import ModelError, Noise, Robot
+from billiard_shot.scene.player import ModelError, Noise, NOISES, Robot
 
 PROPERTIES = 'Alciatore: physical properties of pool balls, cues and tables'
 EQUIPMENT = 'WPA: Tables & Equipment Specifications'
@@ -374,7 +374,7 @@ class Scene(Shown):
     effects: Effects = section(Effects, optional=True)
     table: Table | None = section(Table, nullable=True)
     robot: Robot = section(Robot, optional=True)
-    noise: Noise = section(Noise, optional=True)
+    noise: Noise = section(Noise, optional=True, named=NOISES)
     model_error: ModelError = section(ModelError, optional=True)
     rack: InitVar[Rack | None] = section(Rack, nullable=True)
 

@@ -110,7 +110,7 @@ def test_less_noise_is_a_stronger_player(capsys):
         (['greedy', '--racks', '0'], '--racks must be'),
         (
             ['greedy', '--noise-scale', '-1'],
-            '--noise-scale must be a finite number above 0, got -1.0',
+            '--noise-scale must be a finite number at least 0, got -1.0',
         ),
         (['greedy', '--scene', 'carom'], 'eight_ball_ghost needs a table with pockets'),
     ],

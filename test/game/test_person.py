@@ -16,7 +16,7 @@ from billiard_shot import Scene
 from billiard_shot.cli import main
 from billiard_shot.cli.output import DONE, INTERRUPTED, WRONG_INPUT
 from billiard_shot.cli.person import Person
-from billiard_shot.game import start
+from billiard_shot.game import Pairing, play, start
 from billiard_shot.game.rack import RackRecord
 
 PRACTICE = 'play practice --balls 2 --scene seven_foot --players person'
@@ -315,3 +315,37 @@ def test_files_and_streams_are_checked_before_the_game(tmp_path, capsys, monkeyp
     monkeypatch.setattr('sys.stdin', None)
     assert main(['play', 'practice', '--players', 'person']) == WRONG_INPUT
     assert 'needs the standard input, which is closed' in capsys.readouterr().err
+
+
+LOST = '-0.6 0.1\n\naim 1 4.5\n\n0 0.1\n\naim 1 0.3\n\n'  # a break, the cue ball placed, a foul
+
+
+def test_ten_racks_against_the_ghost_are_kept_over_days(types, tmp_path, monkeypatch):
+    monkeypatch.setenv('XDG_DATA_HOME', str(tmp_path))
+    command = 'play ghost --scene seven_foot --noise none'
+    code, out, _ = types(command, f'{LOST}-0.6 0.1\n\naim 1 4.5\n\n')
+    assert code == INTERRUPTED
+    assert re.search(r'\nracks 1 to 1: 0 run out, \d of 10 balls\n.*professional from 71', out)
+    folder = tmp_path / 'billiard_shot' / 'seven_foot-none-1'
+    one, two = (RackRecord.load(folder / f'rack-000{number}.json') for number in (1, 2))
+    assert (one.state['over'], two.state['over'], len(two.shots)) == (True, False, 1)
+    assert one.shots[0].state['balls'] != two.shots[0].state['balls']
+    listed = (folder / 'rack-0001' / 'index.html').read_text()
+    assert 'person (aim 1 0.3)' in listed
+    better = re.search(r'better: \d+ to \w+: wins in [^)]*', listed)[0]
+    assert re.search(rf'{re.escape(better)} \(.*falls', out)  # without errors it does
+    code, out, _ = types(command, '0 0.1\n\nquit\n')  # the next day
+    assert code == DONE
+    assert out.startswith('racks 1 to 1: 0 run out')
+    assert 'cue ball in hand, anywhere' in out
+
+
+def test_the_eleventh_rack_begins_the_next_ten(types, tmp_path):
+    record = play(Pairing('ten_ball_ghost', TABLE, ('random',)), 0)
+    for number in range(1, 10):
+        record.save(tmp_path / f'rack-{number:04d}.json')
+    command = f'play ghost --scene seven_foot --players random --pages {tmp_path}'
+    code, out, err = types(command, '')
+    assert (code, err) == (DONE, '')
+    assert out.splitlines()[-2].startswith('racks 1 to 10: 0 run out')
+    assert (tmp_path / 'rack-0010' / 'shot-02.html').exists()

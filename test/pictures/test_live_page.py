@@ -26,6 +26,7 @@ from billiard_shot import (
 from billiard_shot.cli import main
 from billiard_shot.embed.scenes import core_script
 from billiard_shot.pictures.view import page_of, page_of_scene
+from billiard_shot.scene.player import NOISES, OFFSETS
 from billiard_shot.shot.play import prepared_scene
 from billiard_shot.shot.stroke import read_strokes
 from billiard_shot.table.run.outline import outline_of
@@ -279,6 +280,16 @@ def test_what_is_exported_gives_the_same_shot(page, tmp_path, capsys):
     link = exported(page, 'link')
     assert link.startswith('file:')
     assert '#' in link
+
+
+def test_errors_are_those_of_people_by_name(page):
+    open_tab(page, 'drill')
+    assert page.run("document.getElementById('errors-of').value") == 'tournament'
+    choose(page, 'errors-of', 'fargo_500')
+    noise, radius = page.run('view.state.noise'), COMBINATION.scene.ball.radius
+    assert [noise[name] for name in OFFSETS] == NOISES['fargo_500'].sigmas(radius).tolist()
+    page.run('view.change({ noise: { ...view.state.noise, a: 0.01 } })')
+    assert page.run("document.getElementById('errors-of').value") == ''
 
 
 def test_the_chance_is_that_of_python(browser, tmp_path):

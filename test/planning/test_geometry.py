@@ -23,7 +23,7 @@ from billiard_shot.planning.runner import Runner, StoppedError
 from billiard_shot.planning.stages import curved_candidates, CURVES_AT_ONCE, ENOUGH
 from billiard_shot.planning.statistics import wilson_interval
 from billiard_shot.planning.targets import target_of
-from billiard_shot.planning.within_noise import NOISES
+from billiard_shot.scene.player import NOISES
 
 NOISE = NOISES['tournament']
 SCENE = table_with(cue=(-0.4, 0.1), b8=(0.5, 0.2), b1=(0.2, -0.3))

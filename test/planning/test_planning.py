@@ -24,8 +24,7 @@ from billiard_shot.planning.statistics import (
     wilson_interval,
 )
 from billiard_shot.planning.targets import target_of
-from billiard_shot.planning.within_noise import NOISES
-from billiard_shot.scene.player import AZIMUTH, B, Bias, ELEVATION, SPEED
+from billiard_shot.scene.player import AZIMUTH, B, Bias, ELEVATION, NOISES, SPEED
 from billiard_shot.shot.lowest_elevation import refusals_in
 from billiard_shot.shot.stroke import vectors_of
 from billiard_shot.table.run.results import POCKET_NAMES

@@ -13,11 +13,11 @@ from billiard_shot.planning.within_noise import (
     FEWEST,
     fit_cell,
     Maps,
-    NOISES,
     STRICT_SHARE,
     TRIALS,
 )
 from billiard_shot.scene import Noise
+from billiard_shot.scene.player import NOISES
 from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.play import alone, play, strike, task_of
 from billiard_shot.shot.stroke import vectors_of

@@ -31,11 +31,11 @@ from waiting import PATIENCE, spin_until
 
 from billiard_shot import plan, predict, Scene, Status, Stroke
 from billiard_shot.planning.targets import read_target
-from billiard_shot.planning.within_noise import NOISES
 from billiard_shot.ros import conversions, plan_conversions, planner
 from billiard_shot.ros.node_runner import LATCHED
 from billiard_shot.ros.plan_conversions import PlanRequest
 from billiard_shot.ros.planner import Planner
+from billiard_shot.scene.player import NOISES
 
 SCENE = Scene.load('blocked')
 DEFAULT = PlanRequest(SCENE, {'pot': '8'}, SCENE.noise, {}, 2000, 1)

@@ -8,6 +8,7 @@ import pytest
 from billiard_shot.scene import Ball, Cloth, ContactParameters, Cue, Effects, Scene
 from billiard_shot.scene.errors import InputError
 from billiard_shot.scene.files import scene_names
+from billiard_shot.scene.player import NOISES
 
 SHORTEST = """
 ball:     {mass: 0.1673, radius: 0.0286}
@@ -135,6 +136,20 @@ def test_values_in_grams_and_millimetres_are_refused_where_they_stand(
     assert found.keys() == mistakes.keys()
     for field, text in mistakes.items():
         assert re.search(text, found[field])
+
+
+def test_noise_may_have_a_name(data, tmp_path):
+    levels = [Scene.from_dict(data | {'noise': name}).noise for name in sorted(NOISES)]
+    assert levels == [NOISES[name] for name in sorted(NOISES)]
+    weaker = [NOISES[f'fargo_{rating}'].azimuth_deg for rating in (800, 700, 600, 500, 400)]
+    assert weaker == sorted(weaker)
+    path = tmp_path / 'mine.yaml'
+    path.write_text('like: paper\nnoise: fargo_500\n')
+    assert Scene.load(path).noise == NOISES['fargo_500']
+    path.write_text('like: paper\nnoise: fargo_555\n')
+    allowed = r'line 2: noise must be a mapping, or one of .*, got .*the nearest is fargo_500'
+    with pytest.raises(InputError, match=allowed):
+        Scene.load(path)
 
 
 @pytest.mark.parametrize(

@@ -81,4 +81,15 @@ function fillErrors() {
     (value) => change({ noise: { ...state.noise, [name]: value } }, `error of ${name}`),
     [0, 10 * range[1]],
   )));
+  fill('errors-of', [['own', ''], ...Object.keys(data.noises).map((name) => [name, name])]);
+  element('errors-of').addEventListener('change', ({ target }) => {
+    if (target.value) change({ noise: data.noises[target.value] });
+  });
+  showNameOfErrors();
+}
+
+/** Select the name of the errors, if they have one. */
+function showNameOfErrors() {
+  const isNow = ([, noise]) => ERRORS.every(([name]) => noise[name] === state.noise[name]);
+  element('errors-of').value = Object.entries(data.noises).find(isNow)?.[0] ?? '';
 }

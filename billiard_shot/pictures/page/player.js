@@ -339,6 +339,7 @@ async function start() {
   initial = state;
   watch(['balls', 'stroke', 'played', 'effects', 'parameters'], replay);
   watch(['noise', 'target'], forgetEstimate);
+  watch(['noise'], showNameOfErrors);
   watch(['kept', 'units'], showKept);
   watch(['units', 'target'], tellStory);
   watchers.push(showState, writeLink, () => tell('state', publicState()), () => {
