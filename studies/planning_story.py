@@ -23,7 +23,6 @@ from billiard_shot.planning.search import (
     Population,
     population_of,
     refine,
-    REFINED,
     run_race,
 )
 from billiard_shot.planning.stages import KINDS, next_stage, Stage
@@ -84,10 +83,12 @@ def _stages(problem: Problem, runner: Runner, draws: np.random.Generator) -> Ite
     made: list[Stage] = []
     best = 0.0
     while len(made) < len(KINDS) and (stage := next_stage(problem, runner, made, best)):
-        population = population_of(stage, choose_candidates(stage, REFINED, draws))
+        population = population_of(stage, choose_candidates(stage, 1.0, draws))
         refined = tuple(refine(problem, runner, population, draws, effort=1.0))
         best = max([best, *(float(last.value[0]) for last in refined[-1:])])
-        yield StoryStage(stage.name, stage.candidates.strokes, stage.outcomes.success, refined)
+        yield StoryStage(
+            stage.kind.name, stage.candidates.strokes, stage.outcomes.success, refined
+        )
 
 
 STORY_SCENE, TARGET_BALL = 'blocked', '8'

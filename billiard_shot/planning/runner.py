@@ -20,9 +20,9 @@ from billiard_shot.planning.score import PENALTY_STEP
 from billiard_shot.planning.within_noise import (
     accuracy_within,
     bounds_of,
-    Cell,
-    CellFit,
-    fit_cell,
+    Box,
+    BoxFit,
+    fit_box,
     Maps,
     TRIALS,
 )
@@ -309,9 +309,9 @@ class Runner:
             for future in futures:
                 future.cancel()
 
-    def _fitted(self, cells: list[Cell]) -> Iterator[CellFit]:
-        """Fit cells of the map."""
-        return self.each(fit_cell, [(self._maps.model, cell) for cell in cells])
+    def _fitted(self, boxes: list[Box]) -> Iterator[BoxFit]:
+        """Fit boxes of the map."""
+        return self.each(fit_box, [(self._maps.model, box) for box in boxes])
 
     def evaluate(
         self,
@@ -320,6 +320,7 @@ class Runner:
         *,
         exact: bool = False,
         to_the_end: bool = False,
+        each: int = 1,
     ) -> Outcomes:
         """
         Evaluate strokes (n, 5), or the first of them if budget or time do not allow all.
@@ -327,7 +328,7 @@ class Runner:
         Strokes use maps of the strike where the maps are accurate enough; if `exact`, the maps are
         stricter, rebounds are solved, and tolerances are smaller. Unless `to_the_end`, a ball that
         has missed its pocket is not followed, and cannot fall by chance. `places` (n, balls, 2)
-        [m]: where its balls lie.
+        [m]: where its balls lie. `each` as of `Maps.mapped`.
         """
         self.poll()
         strokes = strokes[: self.left]
@@ -336,7 +337,7 @@ class Runner:
             strokes = as_struck(self._problem, strokes, places)
         size = self._chunk(len(strokes))
         parts = [slice(i, i + size) for i in range(0, len(strokes), size)]
-        mapped = self._maps.mapped(strokes, self._fitted, strict=exact)
+        mapped = self._maps.mapped(strokes, self._fitted, strict=exact, each=each)
         work = partial(self._work, to_the_end=to_the_end, coarse=not exact)
         rows = [
             (strokes[part], mapped.part(part), None if places is None else places[part])

@@ -27,7 +27,7 @@ ELITE_SHARE = 0.25  # of the samples: the best ones, if fewer succeed
 # each stroke. Half of the population goes on to the next one, but at least `FEWEST`: the best
 # `OF_A_ROUTE` strokes of the best routes. A route that needs accurate strokes looks bad among the
 # wide errors of the first iterations, and may be the best in the end.
-SCHEDULE = ((1.0, 12), (0.7, 24), (0.5, 48), (0.3, 96), (0.15, 192), (0.0, 384))
+SCHEDULE = ((1.0, 12), (0.7, 24), (0.5, 48), (0.3, 96), (0.15, 96), (0.0, 192))
 FEWEST, OF_A_ROUTE = 4, 2
 
 
@@ -53,9 +53,9 @@ def population_of(stage: Stage, chosen: NDArray[np.int64]) -> Population:
     candidates, outcomes = stage.candidates.take(chosen), stage.outcomes.take(chosen)
     strokes = candidates.strokes
     sigma = np.empty_like(strokes)
-    sigma[:, :2], sigma[:, ELEVATION] = stage.width * OFFSET_SIGMA, ELEVATION_SIGMA
+    sigma[:, :2], sigma[:, ELEVATION] = stage.kind.width * OFFSET_SIGMA, ELEVATION_SIGMA
     sigma[:, AZIMUTH] = candidates.spread
-    sigma[:, SPEED] = stage.width * SPEED_SIGMA * strokes[:, SPEED]
+    sigma[:, SPEED] = stage.kind.width * SPEED_SIGMA * strokes[:, SPEED]
     success, once = outcomes.success.astype(float), np.ones(len(strokes), np.int64)
     penalty, route = outcomes.penalty, candidates.route
     return Population(strokes, sigma, outcomes.value, success, penalty, once, route)
@@ -112,7 +112,7 @@ def _iteration(
     tried = population.strokes[:, np.newaxis] + sigma[:, np.newaxis] * normal
     flat = tried.reshape(-1, 5)
     flat = problem.limits.clip(flat) if sigma_scale > 0.0 else flat
-    outcomes = runner.evaluate(flat, for_each(count, places))
+    outcomes = runner.evaluate(flat, for_each(count, places), each=samples)
     if len(outcomes.success) < len(flat):
         return population  # the time is up
     penalty = outcomes.penalty.reshape(count, samples)
@@ -148,13 +148,12 @@ def _iteration(
 
 NORMAL_BUDGET = 60_000  # simulations to which the numbers below apply
 MIN_EFFORT = 0.3  # share of these numbers for a small budget or a short time
-REFINED = 80  # candidates of a stage that are refined
 RACERS, FINAL_STROKES = 6, 4  # strokes that race; strokes that get held-out trials
-RACE_TRIALS = (100, 100, 200, 400)  # of each stroke that still races, in the rounds of a race
+RACE_TRIALS = (200, 600)  # of each stroke that still races, in the rounds of a race
 SURE_SUCCESS = 0.98  # lower bound of the success at which the race ends
 WINNER_TRIALS, OTHER_TRIALS = 1500, 400  # held-out trials of the winner; of each other
 LEAST_TRIALS = 100  # of the winner, even if the time is up
-MAX_ROUNDS = 5  # of which two must agree
+MAX_ROUNDS = 5  # fewer if one finds no better stroke than those before
 PROMISING = 0.1  # success: a stage that is worse than the best by more is not searched again
 
 # Two strokes are alike if they differ in every component by less than the larger of these:
@@ -170,13 +169,13 @@ class Found(NamedTuple):
     finalists: list[RankedStroke]
     penalty: float  # smallest of all candidates, see `Outcomes`
     cancelled: bool  # then the finalists have the estimates so far
-    converged: bool  # two searches from different random numbers agree on the success
+    converged: bool  # the success is nearly 1, or a search from other candidates found no larger
     untried: tuple[str, ...]  # kinds of candidates that were called for, but not tried
 
 
 def search(problem: Problem, runner: Runner, seed: int) -> Found:
     """
-    Search until two rounds agree, the budget is spent, or the search is cancelled.
+    Search until a round finds nothing better, the budget is spent, or the search is cancelled.
 
     Each round refines other candidates with other random numbers. Its stages go from straight
     paths to complicated ones, and end as soon as a stroke is good enough.
@@ -193,8 +192,7 @@ def search(problem: Problem, runner: Runner, seed: int) -> Found:
             while stage := again.pop(0) if again else next_stage(problem, runner, stages, best):
                 nearest = min(nearest, float(stage.outcomes.penalty.min()))
                 effort = effort_of(runner)
-                count = max(4, round(effort * REFINED))
-                population = population_of(stage, choose_candidates(stage, count, draws))
+                population = population_of(stage, choose_candidates(stage, effort, draws))
                 found.append(population)
                 for better in refine(problem, runner, population, draws, effort):
                     found[-1] = better
@@ -211,7 +209,8 @@ def search(problem: Problem, runner: Runner, seed: int) -> Found:
             winners.append(float(winner.value[0]))
             samples = int(winner.samples[0])
             sure = wilson_interval(winners[-1] * samples, samples)[0] > SURE_SUCCESS
-            converged = sure or (len(winners) > 1 and _agree(winners, samples))
+            before = wilson_interval(max(winners[:-1], default=0.0) * samples, samples)[1]
+            converged = sure or (len(winners) > 1 and winners[-1] <= before)
             if converged or runner.left <= 0:
                 break
         runner.best = max(winners, default=0.0)
@@ -251,13 +250,9 @@ def _promising(stages: list[Stage]) -> list[Stage]:
     ]
 
 
-def _agree(winners: list[float], samples: int) -> bool:
-    """Whether the two best rounds found strokes with the same value."""
-    second, first = sorted(winners)[-2:]
-    return wilson_interval(second * samples, samples)[1] >= first
-
-
-def choose_candidates(stage: Stage, count: int, draws: np.random.Generator) -> NDArray[np.int64]:
+def choose_candidates(
+    stage: Stage, effort: float, draws: np.random.Generator
+) -> NDArray[np.int64]:
     """
     Choose candidates with a value, then those with the smallest penalty, in turn from all routes.
 
@@ -269,6 +264,7 @@ def choose_candidates(stage: Stage, count: int, draws: np.random.Generator) -> N
     again = stage.chosen & (value > 0.0)
     order = np.lexsort((draws.permutation(len(penalty)), penalty, -value, again))
     ranks = penalty, -value, -hits, turns(route, order), again, value == 0.0
+    count = max(4, round(effort * stage.kind.refined))
     chosen: NDArray[np.int64] = np.lexsort(ranks)[:count]
     stage.chosen[chosen] = True
     return chosen
@@ -360,7 +356,7 @@ def _trials(
     errors = draws.standard_normal((count, 5)) * problem.sigmas
     places = for_each(len(strokes), draw_places(problem, draws, count))
     tried = (strokes[:, np.newaxis] + errors).reshape(-1, 5)
-    return runner.evaluate(tried, places, exact=exact, to_the_end=True)
+    return runner.evaluate(tried, places, exact=exact, to_the_end=True, each=count)
 
 
 def _ranked(

@@ -180,14 +180,24 @@ GOOD = 0.9  # value of a stroke with which only straight paths are tried
 RANDOM_BELOW = 0.1  # value of a stroke: with a better one no random strokes are tried
 
 
+class CandidateKind(NamedTuple):
+    """A kind of candidates."""
+
+    name: str
+    below: float  # it is tried if no stroke so far has a value as good as this
+    make: Callable[[Problem, Runner], Candidates]
+    # Of the search around candidates in offsets and speed: smaller if these are nearly right.
+    width: float = 1.0
+    refined: int = 80  # candidates that are refined in each round
+
+
 @dataclass(slots=True)
 class Stage:
     """Candidates of one kind, simulated without errors."""
 
-    name: str
+    kind: CandidateKind
     candidates: Candidates
     outcomes: Outcomes
-    width: float  # of the search around them, see `CandidateKind`
     chosen: NDArray[np.bool_]  # (n,) candidates that were refined
     value: float = 0.0  # of its best stroke so far
 
@@ -220,17 +230,17 @@ def next_stage(
 
     """
     while runner.left > 0 or not stages:
-        name, below, make, width = _kind(len(stages))
-        if best >= below:
+        kind = _kind(len(stages))
+        if best >= kind.below:
             break
-        made = make(problem, runner)
+        made = kind.make(problem, runner)
         most = min(CANDIDATES, max(1, round(share * runner.budget)), runner.left)
         evenly = np.linspace(0, len(made.route) - 1, min(len(made.route), most))
         made = made.take(evenly.astype(np.int64))
         outcomes = runner.evaluate(made.strokes)
         count = len(outcomes.penalty)  # fewer than there are candidates, if the time is up
         chosen = np.zeros(count, np.bool_)
-        stages.append(Stage(name, made.take(np.arange(count)), outcomes, width, chosen))
+        stages.append(Stage(kind, made.take(np.arange(count)), outcomes, chosen))
         if count:
             return stages[-1]
     return None
@@ -239,16 +249,6 @@ def next_stage(
 def untried(stages: list[Stage], best: float) -> tuple[str, ...]:
     """Name the kinds of candidates that are called for with a best value, but were not tried."""
     return tuple(kind.name for kind in KINDS[len(stages) :] if best < kind.below)
-
-
-class CandidateKind(NamedTuple):
-    """A kind of candidates."""
-
-    name: str
-    below: float  # it is tried if no stroke so far has a value as good as this
-    make: Callable[[Problem, Runner], Candidates]
-    # Of the search around candidates in offsets and speed: smaller if these are nearly right.
-    width: float = 1.0
 
 
 def _kind(number: int) -> CandidateKind:
@@ -309,7 +309,8 @@ KINDS = (
     CandidateKind('straight paths', math.inf, _straight),
     CandidateKind('combinations', GOOD, _combinations),
     CandidateKind('one cushion', 0.5, partial(_by_cushions, ((0, 1), (1, 0)), MAX_ROUTES)),
-    CandidateKind('curves', 0.3, _curved, width=0.5),  # late, because a curve takes long
+    # late, and few are refined, because a curve takes long
+    CandidateKind('curves', 0.3, _curved, width=0.5, refined=40),
     CandidateKind(
         'two cushions', RANDOM_BELOW, partial(_by_cushions, ((0, 2), (2, 1)), 2 * MAX_ROUTES)
     ),

@@ -143,9 +143,9 @@ CORNERS = 0.98 * SIGNS[np.argsort(-SIGNS.prod(axis=1), kind='stable')]
 PROBES = len(CORNERS) // 2
 INSIDE = 2.0 * quasi_random(FITTED_STRIKES + HELD_OUT - len(CORNERS), len(VARIED)) - 1.0
 PLACES = np.concatenate([CORNERS, INSIDE])
-TERMS_THERE = np.prod(PLACES[:, np.newaxis] ** EXPONENTS, axis=2)
-LEAST_SQUARES = np.linalg.pinv(TERMS_THERE[:FITTED_STRIKES])
 FEWEST = 24  # strokes of a search in a cell: with fewer, a fit does not pay
+LEAST_HALF = 1e-9  # of the half sizes of a box, if errors vanish
+FEWEST_IN_CLOUD = 2 * len(PLACES)  # the same, around a stroke
 # Errors of a map that do not matter, in standard deviations of the player: in a search, and in the
 # trials whose success is stated. A shift by the second changes a success by at most 0.8 points,
 # because the density of a normal error is at most 0.4.
@@ -159,21 +159,39 @@ The last one is a power of SPEED_RATIO, in m/s.
 """
 
 
-def extent_of(cell: Cell) -> tuple[Array, Array]:
-    """Return the middle (4,) of a cell, and half of its sizes, as of `StrikePolynomials`."""
+class Box(NamedTuple):
+    """A cell, or the cloud of errors around a stroke, in which strikes are fitted."""
+
+    middle: Array  # (4,) of a, b (ball radii), elevation (rad), speed (m/s)
+    half: Array  # (4,) half of its sizes
+    places: Array = PLACES  # (FITTED_STRIKES + HELD_OUT, 4) of the strikes, from -1 to 1
+    is_cloud: bool = False  # whether a tip may touch the ball again, unless that is a double hit
+
+
+class BoxFit(NamedTuple):
+    """The strikes in a box along +x, over the speed of the cue; spins times radius."""
+
+    coefficients: Array  # (TERMS, MOTION), see `StrikePolynomials`
+    errors: Array  # (MOTION,) root mean square in held-out strikes, or infinite
+    scatter: Array  # (MOTION,) standard deviation of the exact strikes
+    divides: bool  # whether smaller cells of it may be fitted
+
+
+def box_of(cell: Cell) -> Box:
+    """Return the box of a cell."""
     level, *corner, power = cell
     slowest, sizes = SPEED_RATIO**power, SIZES / 2**level
     half = 0.5 * np.append(sizes, (SPEED_RATIO - 1.0) * slowest)
-    return np.append(corner * sizes, slowest) + half, half
+    return Box(np.append(corner * sizes, slowest) + half, half)
 
 
-class CellFit(NamedTuple):
-    """The strikes of a cell along +x, over the speed of the cue."""
-
-    coefficients: Array  # (TERMS, MOTION), see `StrikePolynomials`
-    # (MOTION,) root mean square in held-out strikes, spins times radius; or infinite
-    errors: Array
-    divides: bool  # whether smaller cells of it may be fitted
+def box_around(strokes: Array) -> Box:
+    """Return the box of strokes (n, 5), of which the first are the places of its strikes."""
+    varied = strokes[:, VARIED]
+    varied[:, 0] = np.abs(varied[:, 0])  # the others are mirrored
+    low, high = varied.min(axis=0), varied.max(axis=0)
+    middle, half = 0.5 * (low + high), np.maximum(0.5 * (high - low), LEAST_HALF)
+    return Box(middle, half, (varied[: len(PLACES)] - middle) / half, is_cloud=True)
 
 
 class Maps:
@@ -201,30 +219,35 @@ class Maps:
     def mapped(
         self,
         strokes: Array,
-        fit: Callable[[list[Cell]], Iterable[CellFit]],
+        fit: Callable[[list[Box]], Iterable[BoxFit]],
         *,
         strict: bool = False,
+        each: int = 1,
     ) -> StrikePolynomials:
         """
-        Choose the cells by which strokes (n, 5) are mapped, and fit those that are missing.
+        Choose the boxes by which strokes (n, 5) are mapped, and fit those that are missing.
 
-        A stroke that is NaN is not mapped; none is if the player makes no errors.
+        These are cells. Where cells do not serve, unless `strict`, a cloud has a box of its own.
+        Its errors may also be `DEVIATION_SHARE` of the scatter of its strikes. A stroke that is
+        NaN is not mapped; none is if the player makes no errors.
 
         Parameters
         ----------
         strokes : (n, 5) float array
         fit : callable
-            Of a list of cells: what `fit_cell` returns for each.
+            Of a list of boxes: what `fit_box` returns for each.
         strict : bool
             Whether errors must be within `STRICT_SHARE`, not only within `DEVIATION_SHARE`.
+        each : int
+            So many strokes, one after the other, are a cloud: one stroke with different errors.
 
         """
         if not self.applies:
             return ALL_SOLVED
         number = np.full(len(strokes), SOLVED)
         bounds = self.bounds * (STRICT_SHARE / DEVIATION_SHARE if strict else 1.0)
-        left = np.flatnonzero(strokes[:, SPEED] < self.slower_than)
-        used: list[Cell] = []
+        slow = strokes[:, SPEED] < self.slower_than
+        left, used = np.flatnonzero(slow), list[tuple[Box, BoxFit]]()
         for level in range(LEVELS):
             if not len(left):
                 break
@@ -234,27 +257,38 @@ class Maps:
             pays = [self._strokes[cell] >= FEWEST for cell in cells]
             missing = [
                 cell
-                for cell, each in zip(cells, pays, strict=True)
-                if each and cell not in self.fits
+                for cell, due in zip(cells, pays, strict=True)
+                if due and cell not in self.fits
             ]
-            self.fits.update(zip(missing, fit(missing), strict=True))
+            self.fits.update(zip(missing, fit(list(map(box_of, missing))), strict=True))
             numbers = np.full(len(cells), SOLVED)
             divided = np.zeros(len(cells), np.bool_)
             for i in np.flatnonzero(pays).tolist():
-                divided[i] = self.fits[cells[i]].divides
-                if (self.fits[cells[i]].errors <= bounds).all():
+                found = self.fits[cells[i]]
+                divided[i] = found.divides
+                if (found.errors <= bounds).all():
                     numbers[i], divided[i] = len(used), False
-                    used.append(cells[i])
+                    used.append((box_of(cells[i]), found))
             number[left] = numbers[owner]
             left = left[divided[owner]]
-        extents = np.array([extent_of(cell) for cell in used]).reshape(-1, 2, len(VARIED))
-        coefficients = [self.fits[cell].coefficients for cell in used]
-        stacked = np.array(coefficients).reshape(-1, TERMS, MOTION)
+        clouds: list[NDArray[np.int64]] = []
+        if each >= FEWEST_IN_CLOUD and not strict:
+            rows = np.flatnonzero(slow & (number == SOLVED))
+            parts = np.split(rows, np.searchsorted(rows, np.arange(each, len(strokes), each)))
+            clouds = [part for part in parts if len(part) >= FEWEST_IN_CLOUD]
+        boxes = [box_around(strokes[cloud]) for cloud in clouds]
+        for cloud, box, found in zip(clouds, boxes, fit(boxes), strict=True):
+            if (found.errors <= np.maximum(bounds, DEVIATION_SHARE * found.scatter)).all():
+                number[cloud] = len(used)
+                used.append((box, found))
+        extents = np.array([box[:2] for box, _ in used]).reshape(-1, 2, len(VARIED))
+        coefficients = np.array([found.coefficients for _, found in used])
+        stacked = coefficients.reshape(-1, TERMS, MOTION)
         return StrikePolynomials(strokes, number, extents[:, 0], extents[:, 1], stacked)
 
 
 @lru_cache(maxsize=8)
-def fits_of(model: StrikeModel) -> dict[Cell, CellFit]:
+def fits_of(model: StrikeModel) -> dict[Cell, BoxFit]:
     """Return the fits that searches of this process have made so far."""
     return {}
 
@@ -279,23 +313,28 @@ def bounds_of(sigmas: Array) -> Array:
     return DEVIATION_SHARE * np.array([along, sigmas[AZIMUTH], along, spin, spin, spin, along])
 
 
-def fit_cell(model: StrikeModel, cell: Cell) -> CellFit:
-    """Fit a polynomial to exact strikes in a cell, and find its error in others."""
-    strokes, (middle, half) = np.zeros((len(PLACES), 5)), extent_of(cell)
-    strokes[:, VARIED] = middle + half * PLACES
-    regular = strike_alone(model, strokes[:PROBES]).regular
-    if regular.all():
-        struck = strike_alone(model, strokes)
-        regular = struck.regular
-    if not regular.all():
-        return CellFit(
-            np.zeros((TERMS, MOTION)), np.full(MOTION, np.inf), bool(regular.mean() > 0.5)
-        )
+def fit_box(model: StrikeModel, box: Box) -> BoxFit:
+    """Fit a polynomial to exact strikes in a box, and find its error in others."""
+    strokes = np.zeros((len(PLACES), 5))
+    strokes[:, VARIED] = box.middle + box.half * box.places
+    parts = [strike_alone(model, strokes[:PROBES])]
+    if _usable(parts[0], box).all():
+        parts.append(strike_alone(model, strokes[PROBES:]))
+    struck = StrikeOutcomes(*(np.concatenate(each) for each in zip(*parts, strict=True)))
+    usable, nothing = _usable(struck, box), np.zeros(MOTION)
+    if not usable.all():
+        divides = bool(usable.mean() > 0.5)
+        return BoxFit(np.zeros((TERMS, MOTION)), np.full(MOTION, np.inf), nothing, divides)
     exact = np.column_stack(struck[:3]) / strokes[:, [SPEED]]
-    found: Array = LEAST_SQUARES @ exact[:FITTED_STRIKES]
-    errors: Array = TERMS_THERE[FITTED_STRIKES:] @ found - exact[FITTED_STRIKES:]
+    terms = np.prod(box.places[:, np.newaxis] ** EXPONENTS, axis=2)
+    found: Array = np.linalg.pinv(terms[:FITTED_STRIKES]) @ exact[:FITTED_STRIKES]
+    errors: Array = terms[FITTED_STRIKES:] @ found - exact[FITTED_STRIKES:]
     found[:, 3:6] /= model.surface.radius
-    return CellFit(found, np.sqrt((errors**2).mean(axis=0)), divides=True)
+    return BoxFit(found, np.sqrt((errors**2).mean(axis=0)), exact.std(axis=0), divides=True)
+
+
+def _usable(struck: StrikeOutcomes, box: Box) -> NDArray[np.bool_]:
+    return ~struck.fails if box.is_cloud else struck.regular
 
 
 def _cells_of(strokes: Array, level: int) -> tuple[list[Cell], NDArray[np.int64], list[int]]:
@@ -376,11 +415,11 @@ def play_within_noise(
     slower_than = math.inf if tables is not None else prepared.reaching
     maps = Maps(prepared.model, bounds_of(sigmas), slower_than)
 
-    def fitted(cells: list[Cell]) -> Iterator[CellFit]:
-        def fit(part: slice) -> list[CellFit]:
-            return [fit_cell(prepared.model, cell) for cell in cells[part]]
+    def fitted(boxes: list[Box]) -> Iterator[BoxFit]:
+        def fit(part: slice) -> list[BoxFit]:
+            return [fit_box(prepared.model, box) for box in boxes[part]]
 
-        return chain.from_iterable(in_threads(fit, len(cells), workers))
+        return chain.from_iterable(in_threads(fit, len(boxes), workers))
 
     mapped, accuracy = maps.mapped(strokes, fitted), accuracy_within(sigmas)
     return play(scene, *vectors_of(strokes), tables, accuracy, mapped, workers)

@@ -649,14 +649,14 @@ def test_a_kind_of_candidates_is_tried_only_without_a_good_stroke():
     with ThreadPoolExecutor(1) as threads:
         runner = Runner(problem, 4000, threads)
         stages = []
-        assert next_stage(problem, runner, stages, best=0.0, share=0.05).name == KINDS[0].name
+        assert next_stage(problem, runner, stages, best=0.0, share=0.05).kind is KINDS[0]
         assert next_stage(problem, runner, stages, best=GOOD, share=0.05) is None
         names = []
         while stage := next_stage(problem, runner, stages, best=0.0, share=0.05):
-            names.append(stage.name)
+            names.append(stage.kind.name)
             assert len(stage.outcomes.penalty) == len(stage.candidates.strokes) <= 200
         assert names[-2:] == ['random strokes'] * 2
         assert runner.left == 0
-        assert [stage.name for stage in stages[: len(KINDS)]] == [kind.name for kind in KINDS]
+        assert tuple(stage.kind for stage in stages[: len(KINDS)]) == KINDS
     below = [kind.below for kind in KINDS]
     assert below == sorted(below, reverse=True)
