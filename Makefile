@@ -137,7 +137,7 @@ endif
 # Cases that take minutes, a recorded game, new random examples for the properties, random strikes.
 nightly: setup
 	NIGHTLY=1 $(BIN)/pytest -n 2 -m 'hypothesis and not ros'
-	NIGHTLY=1 $(BIN)/pytest -n 2 test/studies/test_hard_cases.py
+	NIGHTLY=1 $(BIN)/pytest -n 2 test/studies/test_hard_cases.py test/calibration/test_honest.py
 	NIGHTLY=1 $(BIN)/pytest test/ros/test_game_bag.py
 	NIGHTLY=1 $(BIN)/pytest test/test_colcon.py -k from_nothing
 	$(BIN)/python benchmarks/random_strikes.py --count 100000 --mild
