@@ -137,7 +137,8 @@ endif
 # Cases that take minutes, a recorded game, new random examples for the properties, random strikes.
 nightly: setup
 	NIGHTLY=1 $(BIN)/pytest -n 2 -m 'hypothesis and not ros'
-	NIGHTLY=1 $(BIN)/pytest -n 2 test/studies/test_hard_cases.py
+	NIGHTLY=1 $(BIN)/pytest -n 2 test/studies/test_hard_cases.py test/calibration/test_honest.py \
+	  test/table/test_racks.py test/perception/test_detector.py
 	NIGHTLY=1 $(BIN)/pytest -n 2 --dist loadgroup -m nightly
 	$(BIN)/python benchmarks/random_strikes.py --count 100000 --mild
 

@@ -43,7 +43,8 @@ RANGES = {
     'table.cushion.restitution': (0.84, 0.94),
     'table.cushion.friction': (0.18, 0.28),
     'table.cushion.early_fading': (0.0, 0.05),
-    'table.cushion.fading': (0.03, 0.14),
+    'table.cushion.fading': (0.0, 0.1),
+    'table.cushion.frequency_ratio': (0.5, 0.8),
     'table.length': (2.835, 2.845),
     'table.width': (1.415, 1.425),
 }

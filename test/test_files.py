@@ -29,7 +29,6 @@ def folder(tmp_path, monkeypatch):
     [
         ('calibrate table shots.csv -o shots.csv', '--output must be a file .yaml or .yml'),
         ('calibrate table shots.csv -o shots.yaml', 'than the description that RECORDING reads'),
-        ('calibrate table shots.csv --state shots.csv', '--state must be another file than'),
         ('calibrate errors strokes.csv -o strokes.csv', '--output must be a file .yaml or .yml'),
         ('calibrate errors strokes.csv --scene own.yaml -o own.yaml', 'file than --scene reads'),
         ('calibrate errors strokes.csv --scene own.yaml -o link.yaml', 'file than --scene reads'),

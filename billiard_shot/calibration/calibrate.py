@@ -4,11 +4,8 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
 from functools import partial
-import hashlib
 from itertools import count
-import json
 import math
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -123,7 +120,6 @@ def calibrate(
     seed: int = 1,
     executor: Executor | None = None,
     progress: Callable[[Progress], object] | None = None,
-    checkpoint: str | Path | None = None,
     noise: Noise | None = None,
     shots: int = SHOTS,
 ) -> Calibration:
@@ -156,8 +152,6 @@ def calibrate(
         Does the work; by default this thread does.
     progress : callable, optional
         Called with a `Progress`.
-    checkpoint : str or Path, optional
-        File to which the state is written, and from which the same calibration goes on.
     noise : Noise, optional
         Errors of the strokes of a simulator, or of a robot that is called as one. By default there
         are none: whoever plays for the scene may have others, those of its `noise`.
@@ -206,12 +200,10 @@ def calibrate(
         return replace(found, ignored=tuple(ignored))
     stages = len(horizons) + ROUNDS
     work = _Work(mapped, progress, stages * len(used) + 2 * len(tested))
-    content = [(each.name, len(each.place)) for each in usable]
-    saved = Checkpoint(checkpoint, (scene.to_dict(), sought, horizons, share, seed, content))
     model = calibration_model(scene, read)
     launches = [Launch(each, _first_launch(each, model)) for each in used]
     begin = FitProblem(model, sought, horizons[0], mapped)
-    found, doubts = _fitted(begin, launches, horizons, seed, work, saved)
+    found, doubts = _fitted(begin, launches, horizons, seed, work)
     work.reach(stages * len(used))
     found = decided(found, STEPS, work.say_error)
     fitted = found.problem.model_at(found.values)
@@ -221,7 +213,6 @@ def calibrate(
     doubts += no_gain(checks, checks_before, estimates)
     if bounded := at_bounds(found):
         notes.append(f'at a bound of its allowed values: {", ".join(bounded)}')
-    saved.remove()
     return Calibration(
         scene=replace(fitted.scene, balls=scene.balls),
         estimates=estimates,
@@ -280,55 +271,47 @@ def _fitted(
     horizons: Sequence[float],
     seed: int,
     work: '_Work',
-    saved: 'Checkpoint',
 ) -> tuple[JointFit, list[str]]:
     """
     Fit with all horizons in turn, with the last one until the numbers stay.
 
-    Goes on from the state that is saved, if there is one. Returns also why the numbers do not
-    stay; nothing if they do.
+    Returns also why the numbers do not stay; nothing if they do.
     """
-    state = saved.read(launches)
-    if state is None:
-        start = np.clip(problem.start, *problem.bounds)
-        state = CheckpointState(0, False, start, FIRST_SCALES, tuple(launches))
-    last, stages = len(horizons) - 1, len(horizons) + ROUNDS
-    for stage in range(state.stages, stages):
+    values, scales, elsewhere = np.clip(problem.start, *problem.bounds), FIRST_SCALES, False
+    last = len(horizons) - 1
+    for stage in range(len(horizons) + ROUNDS):
         again = stage > last
         # Later, the same samples count in the same way.
-        adapts = stage <= last + 1 or state.elsewhere
+        adapts = stage <= last + 1 or elsewhere
         problem = problem._replace(horizon=horizons[min(stage, last)])
         work.text = f'first {problem.horizon:g} s'
-        fresh = not again or state.elsewhere
-        begun = whole(state.launches) if fresh else state.launches
+        begun = launches if again and not elsewhere else whole(launches)
         ticking = problem._replace(mapped=work.ticking)
-        moved = searched(ticking, state.values, begun, state.scales, (seed, stage), adapts)
+        moved = searched(ticking, values, begun, scales, (seed, stage), adapts)
         if len(moved) < LEAST_SHOTS:
             raise ValueError(
                 f'recordings must have at least {LEAST_SHOTS} shots that the scene can simulate, '
                 f'got {len(moved)} of {len(launches)}: are their places in m, in the frame of the '
                 'table?'
             )
-        found = followed(problem, state.values, moved, state.scales)
+        found = followed(problem, values, moved, scales)
         found = rescaled(found) if adapts else found
         found = fit(found, STEPS if stage >= last else FEW_STEPS, work.say_error)
-        change = np.abs(found.values - state.values) / found.deviations
+        change = np.abs(found.values - values) / found.deviations
         better = None
         if again and max(change.max(initial=0.0), found.next_step()[1]) < SETTLED:
             better = better_elsewhere(found, (seed, stage), work)
             if better is None:
                 return found, []
-        known = {_key(each): each.numbers for each in begun}
+        known = {each.samples.key: each.numbers for each in begun}
         restless = [
             each.samples.name
             for each in moved
-            if not np.array_equal(each.numbers, known[_key(each)])
+            if not np.array_equal(each.numbers, known[each.samples.key])
         ]
         elsewhere = better is not None
         values = found.values if better is None else better
-        state = CheckpointState(stage + 1, elsewhere, values, found.scales, found.launches)
-        if state.stages < stages:
-            saved.write(state)
+        scales, launches = found.scales, found.launches
     shots = f'unsettled: shots {", ".join(restless)}'
     return found, [shots if restless else 'unsettled: the numbers still move']
 
@@ -364,10 +347,6 @@ def better_elsewhere(found: JointFit, seed: Sequence[int], work: '_Work') -> Flo
         if cost(there.values, there.launches) < least:
             return there.values
     return None
-
-
-def _key(launch: Launch) -> str:
-    return f'{launch.samples.recording} {launch.samples.name}'
 
 
 def unexplained(found: JointFit) -> list[str]:
@@ -408,14 +387,11 @@ def no_gain(
         or abs(each.value - each.before) <= each.interval[1] - each.interval[0]
         for each in estimates
     )
-    errors = {
-        (each.samples.recording, each.samples.name): max(each.rmse(), _tracking(each))
-        for each in before
-    }
+    errors = {each.samples.key: max(each.rmse(), _tracking(each)) for each in before}
     ratios = {
-        each.samples.name: each.rmse() / errors[each.samples.recording, each.samples.name]
+        each.samples.name: each.rmse() / errors[each.samples.key]
         for each in checks
-        if (each.samples.recording, each.samples.name) in errors
+        if each.samples.key in errors
     }
     if not ratios or np.median([*ratios.values()]) < (LOSS if confirms else GAIN):
         return []
@@ -456,80 +432,3 @@ class _Work:
     def _say(self, text: str) -> None:
         if self._progress is not None:
             self._progress(Progress(text, self._done, self._total))
-
-
-class CheckpointState(NamedTuple):
-    """After a number of stages: whether these numbers lie elsewhere; scales, and launches."""
-
-    stages: int
-    elsewhere: bool
-    values: Floats
-    scales: Floats
-    launches: tuple[Launch, ...]
-
-
-class Checkpoint:
-    """
-    A file with the state of a calibration; without a path, nothing is written.
-
-    Parameters
-    ----------
-    path : str or Path, optional
-    request : object
-        All that decides the result, as text: the state of another calibration is not read.
-
-    """
-
-    def __init__(self, path: str | Path | None, request: object) -> None:
-        self._path = None if path is None else Path(path)
-        self._key = hashlib.sha256(repr(request).encode()).hexdigest()
-
-    def read(self, shots: Sequence[Launch]) -> CheckpointState | None:
-        """
-        Read the state; None if there is none.
-
-        Raises
-        ------
-        ValueError
-            If the file has the state of another calibration.
-
-        """
-        if self._path is None or not self._path.exists():
-            return None
-        try:
-            data = json.loads(self._path.read_text(encoding='utf-8'))
-            key = data['calibration']
-        except (ValueError, KeyError, TypeError):
-            key = None
-        if key != self._key:
-            raise ValueError(
-                f'checkpoint: {self._path} has no state of this calibration; remove it to begin '
-                'anew'
-            )
-        stages, elsewhere, values, scales = data['state']
-        launches = tuple(
-            Launch(each.samples, np.array(numbers), np.array(until))
-            for each in shots
-            if _key(each) in data['launches']
-            for numbers, until in [data['launches'][_key(each)]]
-        )
-        return CheckpointState(stages, elsewhere, np.array(values), np.array(scales), launches)
-
-    def write(self, state: CheckpointState) -> None:
-        """Write a state."""
-        if self._path is None:
-            return
-        stages, elsewhere, values, scales, launches = state
-        kept = {
-            _key(each): (each.numbers.tolist(), np.array(each.until).tolist()) for each in launches
-        }
-        row = stages, elsewhere, values.tolist(), scales.tolist()
-        content = {'calibration': self._key, 'state': row, 'launches': kept}
-        written = self._path.with_suffix(self._path.suffix + '.new')
-        written.write_text(json.dumps(content), encoding='utf-8')
-        written.replace(self._path)  # all of it or nothing, also if the process ends now
-
-    def remove(self) -> None:
-        """Remove the file of a calibration that is done."""
-        if self._path is not None:
-            self._path.unlink(missing_ok=True)

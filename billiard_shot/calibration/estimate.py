@@ -7,11 +7,11 @@ Films that would decide the numbers of a scene that the shots so far do not deci
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import yaml
 
-from billiard_shot.scene import Scene
 from billiard_shot.scene.errors import printable
 
 
@@ -48,31 +48,31 @@ class Estimate:
 KEPT = 'not identifiable from these shots: default kept'
 
 
-def scene_text(scene: Scene, estimates: Sequence[Estimate], heading: Sequence[str]) -> str:
+def write_yaml(
+    path: str | Path,
+    content: Mapping[str, Any],
+    estimates: Sequence[Estimate],
+    heading: Sequence[str],
+) -> None:
     """
-    Return the content of a scene file.
+    Write a file such as that of a scene.
 
     Parameters
     ----------
-    scene : Scene
+    path : str or Path
+    content : mapping
+        Sections and their keys.
     estimates : sequence of Estimate
-        Those of the scene get a comment beside their key, all others above the scene.
+        Those of the content get a comment beside their key, all others above it.
     heading : sequence of str
-        Lines above the scene.
+        Lines above it.
 
     """
-    return yaml_text(scene.to_dict(), estimates, heading)
-
-
-def yaml_text(
-    content: Mapping[str, Any], estimates: Sequence[Estimate], heading: Sequence[str]
-) -> str:
-    """Return any such content as YAML, with the comments of a scene."""
     about = {each.name: comment_on(each) for each in estimates}
     lines = list(_lines(content, (), about))
     others = [f'{name} {text}' for name, text in about.items()]  # of frames
     comments = [f'# {printable(line)}' for line in (*heading, *others)]
-    return '\n'.join([*comments, *lines]) + '\n'
+    Path(path).write_text('\n'.join([*comments, *lines]) + '\n', encoding='utf-8')
 
 
 def comment_on(estimate: Estimate) -> str:

@@ -128,7 +128,7 @@ DRAWN = 100
 FIRST_HORIZON, GROWTH = 0.5, 1.7
 """First horizon [s], and the factor from each horizon to the next."""
 
-STEPS = 5
+STEPS = 3
 """Steps of least squares at each horizon."""
 
 FOLLOWS, SIDES = (-0.8, 1.2), (-1.0, 1.0)
@@ -143,7 +143,7 @@ SPREAD = 3.0
 APART = 2e-3
 """Launches whose paths differ by less are alike [m]."""
 
-LAST_ROUNDS = 2
+LAST_ROUNDS = 1
 """How often launches are drawn around the best ones at the last horizon."""
 
 SHORT = 0.5

@@ -22,7 +22,7 @@ import numpy as np
 from scipy.stats import chi2
 from scipy.stats import t as student
 
-from billiard_shot.calibration.estimate import Estimate, scene_text, yaml_text
+from billiard_shot.calibration.estimate import Estimate, write_yaml
 from billiard_shot.calibration.fit import even_until, jackknife, Launch, let_go, LEVEL, without_own
 from billiard_shot.calibration.launch import (
     calibration_model,
@@ -431,12 +431,11 @@ class MachineCalibration:
     def save(self, path: str | Path, mechanism: Mechanism) -> None:
         """Write a mechanism with this alignment as YAML, with a comment for each number."""
         aligned = write(replace(mechanism, alignment=self.alignment))
-        Path(path).write_text(yaml_text(aligned, self._of('alignment'), self.about), 'utf-8')
+        write_yaml(path, aligned, self._of('alignment'), self.about)
 
     def save_scene(self, path: str | Path) -> None:
         """Write the scene with the robot's errors as YAML."""
-        text = scene_text(self.scene, self._of('noise'), self.about)
-        Path(path).write_text(text, encoding='utf-8')
+        write_yaml(path, self.scene.to_dict(), self._of('noise'), self.about)
 
     def _of(self, section: str) -> list[Estimate]:
         return [each for each in self.estimates if each.name.startswith(section)]

@@ -26,7 +26,7 @@ import numpy as np
 from scipy.stats import chi2, norm
 from scipy.stats import t as student
 
-from billiard_shot.calibration.estimate import Estimate, scene_text
+from billiard_shot.calibration.estimate import Estimate, write_yaml
 from billiard_shot.calibration.fit import LEVEL
 from billiard_shot.calibration.launch import (
     calibration_model,
@@ -113,8 +113,7 @@ class PlayerErrors:
 
     def save(self, path: str | Path) -> None:
         """Write the scene as YAML, with a comment for each number that was sought."""
-        text = scene_text(self.scene, self.estimates, self.about)
-        Path(path).write_text(text, encoding='utf-8')
+        write_yaml(path, self.scene.to_dict(), self.estimates, self.about)
 
 
 def errors_of(scene: Scene, errors: Floats) -> PlayerErrors:

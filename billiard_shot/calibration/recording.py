@@ -335,6 +335,11 @@ class Samples:
         return self.shot.name
 
     @property
+    def key(self) -> tuple[int, str]:
+        """Number of the recording and name, which no other shot has."""
+        return self.recording, self.name
+
+    @property
     def duration(self) -> float:
         """Time of the last sample [s]."""
         return float(self.times[-1])

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from billiard_shot.calibration.estimate import Estimate, scene_text
+from billiard_shot.calibration.estimate import Estimate, write_yaml
 from billiard_shot.calibration.launch import (
     CalibrationModel,
     contacts_of,
@@ -211,8 +211,7 @@ class Calibration:
             f'Fitted to {len(self.fitted)} shots of {", ".join(self.recordings)}: {self.state}.',
             'Intervals: each shot left out in turn.',
         ]
-        text = scene_text(self.scene, self.estimates, heading)
-        Path(path).write_text(text, encoding='utf-8')
+        write_yaml(path, self.scene.to_dict(), self.estimates, heading)
 
     def report(self, path: str | Path) -> None:
         """Write a page for a browser: how well the scene predicts, and what is known."""

@@ -8,7 +8,6 @@ import pytest
 from simulated import simulated_recording
 
 from billiard_shot import Scene
-from billiard_shot.calibration import calibrate as module
 from billiard_shot.calibration.calibrate import calibrate
 from billiard_shot.calibration.fit import FitProblem, sought_in, USUAL_NAMES
 from billiard_shot.calibration.launch import calibration_model
@@ -23,6 +22,7 @@ FEW = {
 }
 FRAME = Frame(0.002, -0.002, 0.001)
 SAID = []  # by the calibration of the fixture
+pytestmark = pytest.mark.xdist_group('calibrate')  # one fit, by one worker
 
 
 def recorded(numbers, shots, seed, **options):
@@ -38,7 +38,9 @@ def few():
 
 @pytest.fixture(scope='module')
 def found(few):
-    return calibrate(few, CAROM, names=list(FEW), horizon=1.5, held_out=0.15, progress=SAID.append)
+    options = {'names': list(FEW), 'horizon': 1.5, 'held_out': 0.15, 'progress': SAID.append}
+    with ThreadPoolExecutor(2) as executor:
+        return calibrate(few, CAROM, executor=executor, **options)
 
 
 def truth(numbers):
@@ -77,32 +79,6 @@ def test_a_shot_is_predicted_from_its_first_samples(found, few):
     assert first.rmse(0.3) < 3e-3
     assert np.array_equal(first.places, found.predict(shot, seen=0.3).places)
     assert len(seen.errors) == len(all_of_it.errors) == len(seen.times)
-
-
-def test_the_same_calibration_goes_on_from_its_checkpoint(found, few, tmp_path, monkeypatch):
-    path = tmp_path / 'state.json'
-    arguments = {'names': list(FEW), 'horizon': 1.5, 'held_out': 0.15, 'checkpoint': path}
-    searches, searched = [], module.searched
-
-    def interrupted(problem, values, launches, scales, seed, cut):
-        searches.append(seed[-1])
-        if len(searches) == 2:
-            raise KeyboardInterrupt
-        return searched(problem, values, launches, scales, seed, cut)
-
-    monkeypatch.setattr(module, 'searched', interrupted)
-    with pytest.raises(KeyboardInterrupt):
-        calibrate(few, CAROM, **arguments)
-    assert path.exists()
-    with pytest.raises(ValueError, match='has no state of this calibration; remove it'):
-        calibrate(few, CAROM, **{**arguments, 'horizon': 1.0})
-    with ThreadPoolExecutor(2) as executor:
-        again = calibrate(few, CAROM, **arguments, executor=executor)
-    assert again.estimates == found.estimates
-    assert not path.exists()
-    first, *later = searches
-    assert first == 0
-    assert all(later)  # the stage that was done is not done again
 
 
 def test_progress_goes_to_the_end(found):
@@ -160,7 +136,7 @@ def test_the_scene_file_loads_and_says_what_is_known(found, tmp_path):
     lines = path.read_text().splitlines()
     row = lines.index(f'    friction: {found.estimates[2].value}')
     assert '95 %: 0.2' in lines[row - 1]
-    assert 'before: 0.26; decided by shots ' in lines[row - 1]
+    assert 'before: 0.27; decided by shots ' in lines[row - 1]
     assert lines[0].startswith('# Fitted to 6 shots of simulated: converged')
 
 
@@ -198,8 +174,8 @@ def test_places_of_another_unit_are_refused(few):
 @pytest.mark.slow
 def test_all_usual_numbers_are_found_from_eight_shots():
     draw = np.random.default_rng(2)
-    low = [0.15, 0.0035, 0.0, 4.0, 0.92, 0.005, 0.04, 0.84, 0.18, 0.0, 0.03, 2.835, 1.415]
-    high = [0.25, 0.008, 0.002, 11.0, 0.98, 0.06, 0.14, 0.94, 0.28, 0.05, 0.14, 2.845, 1.425]
+    low = [0.15, 0.0035, 0.0, 4.0, 0.92, 0.005, 0.04, 0.84, 0.18, 0.0, 0.0, 0.5, 2.835, 1.415]
+    high = [0.25, 0.008, 0.002, 11.0, 0.98, 0.06, 0.14, 0.94, 0.28, 0.05, 0.1, 0.8, 2.845, 1.425]
     numbers = dict(zip(USUAL_NAMES, draw.uniform(low, high).tolist(), strict=True))
     result = calibrate(recorded(numbers, 8, 2), CAROM, horizon=3.0, held_out=0.0)
     assert result.converged

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 import json
+import os
 
 import numpy as np
 import pytest
@@ -26,6 +27,7 @@ from billiard_shot.cli import main
 from billiard_shot.cli.output import FAILED, WRONG_INPUT
 
 CAROM = replace(Scene.load('carom'), balls={})
+NIGHTLY = 'NIGHTLY' in os.environ
 QUICK = '--held-out', '0', '--horizon', '0.5', '--workers', '1', '--fit', 'cloth.sliding_friction'
 
 
@@ -191,7 +193,7 @@ def test_a_scene_that_did_not_converge_is_written_only_on_request(tmp_path, caps
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('friction', [0.14, 0.36])
+@pytest.mark.parametrize('friction', [0.14, 0.36] if NIGHTLY else [0.14])
 def test_a_friction_of_cushions_that_is_wrong_is_found_or_doubted(friction):
     scene = CAROM.with_parameters(['table.cushion.friction'], [friction])
     found = calibrate(simulated_recording(scene, 12, 5), CAROM, held_out=0.0, horizon=3.0)
@@ -206,7 +208,7 @@ def test_a_friction_of_cushions_that_is_wrong_is_found_or_doubted(friction):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('sigma', [2e-3, 3e-3])
+@pytest.mark.parametrize('sigma', [2e-3, 3e-3] if NIGHTLY else [2e-3])
 def test_recordings_of_a_poor_tracker_are_fitted_or_doubted(sigma):
     truth = {'cloth.sliding_friction': 0.23, 'table.cushion.friction': 0.2}
     scene = CAROM.with_parameters(list(truth), list(truth.values()))

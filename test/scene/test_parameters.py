@@ -40,7 +40,8 @@ def test_all_numbers_are_listed_once_and_lie_within_their_bounds():
         names = [each.name for each in listed]
         assert len(set(names)) == len(names)
         assert 'cue.mass' in names
-        assert not any(each.startswith(('robot', 'noise', 'model_error', 'effects')) for each in names)
+        sections = 'robot', 'noise', 'model_error', 'effects'
+        assert not any(each.startswith(sections) for each in names)
         assert ('table.width' in names) == (Scene.load(name).table is not None)
         for each in listed:
             assert each.low <= each.value <= each.high

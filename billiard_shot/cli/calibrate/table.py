@@ -62,8 +62,6 @@ class OfFit:
         Time after the strike that counts for the fit, in s (default: %(default)g).
     seed : S
         Of the searches.
-    state : FILE
-        Keep the state in this file; the same command goes on from it.
 
     """
 
@@ -76,7 +74,6 @@ class OfFit:
     held_out: float = 0.25
     horizon: float = HORIZON
     seed: int = 1
-    state: Path | None = None
 
 
 OPTIONS = OfFit(), OfFormat(), OfWork(os.cpu_count() or 1)
@@ -94,7 +91,6 @@ def run(options: argparse.Namespace) -> int:
             seed=options.seed,
             executor=executor,
             progress=lambda at: report(at.done, at.text, at.total),
-            checkpoint=options.state,
         )
     state = {'converged': result.converged}
     print_rows(ESTIMATES, [row_of(each) | state for each in result.estimates], options)
