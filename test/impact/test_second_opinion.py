@@ -29,7 +29,7 @@ def agree(setup, bound, **options):
 @pytest.mark.parametrize('end_mass', [False, True])
 def test_random_strokes(law, end_mass):
     rng = np.random.default_rng(1)
-    for _ in range(120):
+    for _ in range(60):
         agree(random_shot(rng, end_mass=end_mass), 3e-6, law=law)
 
 

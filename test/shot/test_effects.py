@@ -91,7 +91,7 @@ def hits_again(shot):
 
 def test_gated_is_everything_on_within_the_tolerance_and_cheaper():
     """
-    2,000 random scenes: the same trajectory at equal times, from fewer steps.
+    500 random scenes: the same trajectory at equal times, from fewer steps.
 
     Up to the first impact with another ball or again with the cue, after which what is small
     grows. Hops that are left out can hide a cue that grazes the ball again within milliseconds: in
@@ -100,9 +100,9 @@ def test_gated_is_everything_on_within_the_tolerance_and_cheaper():
     """
     draw = np.random.default_rng(4)
     tolerance = 1e-4
-    work, apart = np.zeros((2000, 2), dtype=int), np.zeros(2000)
-    hidden = np.zeros(2000, dtype=bool)  # only one of the two hits again
-    on_table = np.zeros(2000, dtype=bool)
+    work, apart = np.zeros((500, 2), dtype=int), np.zeros(500)
+    hidden = np.zeros(500, dtype=bool)  # only one of the two hits again
+    on_table = np.zeros(500, dtype=bool)
     for number, row in enumerate(work):
         scene, stroke = wishing(random_scene(draw), shaft='off'), random_stroke(draw)
         others = [name for name in NAMES if name != 'shaft']
@@ -127,8 +127,8 @@ def test_gated_is_everything_on_within_the_tolerance_and_cheaper():
             assert all(effect.simulated == effect.called_for for effect in ours)
             theirs = [effect for effect in effects_of(everything) if effect.name != 'shaft']
             assert all(effect.simulated or not effect.called_for for effect in theirs)
-    assert (apart[hidden] > tolerance).sum() <= 2000 / 300
-    assert apart[hidden].max() < 2e-3
+    assert (apart[hidden] > tolerance).sum() <= 500 / 300
+    assert apart[hidden].max(initial=0.0) < 2e-3
     assert apart[~hidden].max() < tolerance
     assert (work[:, 0] <= work[:, 1]).mean() > 0.95  # balls that go other ways may go shorter ones
     assert (work[:, 0] < work[:, 1]).mean() > 0.5
@@ -140,7 +140,7 @@ def test_gated_is_everything_on_within_the_tolerance_and_cheaper():
 def test_gates_want_the_same_whether_forced_or_not(name):
     """What a gate says of a shot does not depend on what the scene settings of its effect."""
     draw = np.random.default_rng(NAMES.index(name))
-    for _ in range(60):
+    for _ in range(20):
         scene, stroke = random_scene(draw), random_stroke(draw)
         free = effect(predict(wishing(scene, **{name: 'auto'}), stroke), name)
         off = predict(wishing(scene, **{name: 'off'}), stroke)
