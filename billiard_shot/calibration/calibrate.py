@@ -56,9 +56,9 @@ from billiard_shot.calibration.simulator_fit import (
     RATIO,
     SimulatorFit,
 )
-from billiard_shot.planning.within_noise import NOISES
 from billiard_shot.scene import fields, Noise, Scene, SceneLike
 from billiard_shot.scene.errors import refused
+from billiard_shot.scene.player import NOISES
 
 FIRST_HORIZON, HORIZON, GROWTH = 0.8, 8.0, 3.0
 """First and last time after the strike that count for common numbers [s], and their ratio."""
@@ -196,8 +196,8 @@ def calibrate(
         wanted = [each.name for each in sought] + ([RATIO] if names is None else [])
         says = _steps_of(progress)
         steps = SimulatorFit(read[0], wanted, used, tested, horizons, mapped, says)
-        found = fit_to_simulator(steps, replace(exact, balls=scene.balls), scene.noise)
-        return replace(found, ignored=tuple(ignored))
+        best = fit_to_simulator(steps, replace(exact, balls=scene.balls), scene.noise)
+        return replace(best, ignored=tuple(ignored))
     stages = len(horizons) + ROUNDS
     work = _Work(mapped, progress, stages * len(used) + 2 * len(tested))
     model = calibration_model(scene, read)

@@ -85,10 +85,10 @@ def run(options: argparse.Namespace) -> int:
         check_pairing(pairing)
     rows = []
     with working(options.workers, options.dask) as executor:
-        for pairing in pairings:
-            label = f'racks of {pairing.game}'
+        for game, pairing in zip(GHOSTS, pairings, strict=True):
+            label = f'racks of {game}'
             played = progress(play_racks(pairing, range(count), executor), label, count)
-            rows.append(_row(pairing.game, list(played)))
+            rows.append(_row(game, list(played)))
     print(json.dumps(rows) if options.json else _as_text(rows))
     return DONE
 

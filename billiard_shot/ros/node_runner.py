@@ -156,7 +156,7 @@ def steady_timer(
     return node.create_timer(period, callback, clock=clock, autostart=autostart)
 
 
-def in_thread(node: Node, work: Callable[[], Any]) -> 'Future[Any]':
+def in_thread(node: Node, work: Callable[[], Any]) -> Any:
     """
     Do some work in a thread, while the node answers other requests.
 
