@@ -232,7 +232,10 @@ def find_shots(balls: Mapping[str, Path], times: Floats) -> tuple[list[Shot], li
     spans: list[list[float]] = []
     for first, last in edges.reshape(-1, 2):
         begin, end = float(times[first]), float(times[last - 1])
-        if spans and begin - spans[-1][1] < REST:
+        last_end = spans[-1][1] if spans else -np.inf
+        if begin - last_end < REST or any(
+            _moves_hidden(each, last_end, begin) for each in rows.values()
+        ):
             spans[-1][1] = end
         else:
             spans.append([begin, end])
@@ -256,14 +259,24 @@ def find_shots(balls: Mapping[str, Path], times: Floats) -> tuple[list[Shot], li
 
 
 def _moving(rows: Floats, times: Floats) -> NDArray[np.bool_]:
-    """Return at which times a ball moves, also while it is hidden."""
-    before = np.searchsorted(rows[:, 0], times - 0.5 * WINDOW, side='right') - 1
-    before = np.clip(before, 0, len(rows) - 1)
+    """Return at which times a ball moves."""
+    before = np.clip(np.searchsorted(rows[:, 0], times - 0.5 * WINDOW), 0, len(rows) - 1)
     after = np.clip(np.searchsorted(rows[:, 0], times + 0.5 * WINDOW), 0, len(rows) - 1)
     away = np.linalg.norm(rows[after, 1:3] - rows[before, 1:3], axis=1)
     limit = np.maximum(MOVED, DEVIATIONS * np.hypot(rows[before, 3], rows[after, 3]))
-    moves: NDArray[np.bool_] = (away > limit) & (rows[after, 0] - rows[before, 0] < HIDDEN)
+    seen = np.abs(rows[after, 0] - times) + np.abs(times - rows[before, 0]) < 3.0 * WINDOW
+    moves: NDArray[np.bool_] = (away > limit) & seen
     return moves
+
+
+def _moves_hidden(rows: Floats, end: float, begin: float) -> bool:
+    """Return whether a ball is hidden between two motions, and elsewhere after it."""
+    k = int(np.searchsorted(rows[:, 0], 0.5 * (end + begin)))  # 0 if end is -inf
+    if not 0 < k < len(rows):
+        return False
+    before, after = rows[k - 1], rows[k]
+    away = float(np.linalg.norm(after[1:3] - before[1:3]))
+    return bool(away > MOVED and REST < after[0] - before[0] < HIDDEN)
 
 
 def _way(rows: Floats, begin: float, end: float) -> float:
