@@ -165,16 +165,12 @@ def read_film(
     given_up += [(path, 'its place shakes as that of no ball') for path in shaking]
     notes += [f'ball {name!r} was not found' for name in scene.balls if name not in balls]
     notes += _doubts(tracker, balls)
-    notes += [
-        f'{name!r} is not seen before {ball.time[0]:.2f} s: in a rack, or hidden'
-        for name, ball in balls.items()
-        if ball.time[0] > times[0] + UNSEEN
-    ]
-    notes += [
-        f'{name!r} is not seen after {ball.time[-1]:.2f} s: pocketed, or hidden'
-        for name, ball in balls.items()
-        if ball.time[-1] < times[-1] - UNSEEN
-    ]
+    for name, ball in balls.items():
+        first, last = ball.time[0], ball.time[-1]
+        if first > times[0] + UNSEEN:
+            notes.append(f'{name!r} is not seen before {first:.2f} s: in a rack, or hidden')
+        if last < times[-1] - UNSEEN:
+            notes.append(f'{name!r} is not seen after {last:.2f} s: pocketed, or hidden')
     seen_at = np.array(times)
     shots, about = find_shots(balls, seen_at)
     recorded = tuple(

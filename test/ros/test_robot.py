@@ -138,7 +138,6 @@ def test_detections_come_from_pictures_instead_of_the_simulated_table():
     assert {'camera:=False', 'table_state:=simulated_table'} <= set(nodes['table_sim'])
 
 
-
 @pytest.mark.slow
 def test_a_turn_is_played_with_the_camera_and_the_controller_of_the_pages(
     begin, example, launch_once, node, tmp_path
