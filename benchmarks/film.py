@@ -39,16 +39,21 @@ CASES = {
     'oblique-green': Filming(view=FAR_OBLIQUE, cloth='green'),
     'aside': Filming(view=ASIDE),
     'hand-held': Filming(shake=0.5),
+    'robot': Filming(cloth='pool'),
+    'break': Filming(cloth='pool'),
 }
+SCENES = {'robot': 'robot_table', 'break': 'eight_ball'}  # else carom
+SPEEDS = {'break': (5.0, 7.0)}  # m/s
 DRAWN = 'overhead', 'oblique-green', 'aside'
 PICTURES = {}  # files by cases, if pictures are wanted
 
 
 def measure(report, name, filming, shots, folder):
     """Film, read and compare; state what was found."""
-    scene = Scene.load('carom')
+    scene = Scene.load(SCENES.get(name, 'carom'))
     path = folder / f'{name}.mp4'
-    motion = filmed(path, scene, filming, shots, 7, longest=LONGEST)
+    speed = SPEEDS.get(name, (1.5, 3.5))
+    motion = filmed(path, scene, filming, shots, 7, longest=LONGEST, speed=speed)
     begin, oblique = process_time(), filming.view is not OVERHEAD
     try:
         result = read_film(path, scene, readout=filming.readout)
@@ -75,7 +80,10 @@ def measure(report, name, filming, shots, folder):
     report.row(f'{name}: error, 95 %', 1e3 * np.quantile(np.abs(off), 0.95), 'mm', 1.5 * allowed)
     report.row(f'{name}: sights', len(truth), '')
     report.row(f'{name}: lost', 1.0 - len(truth) / max(expected, 1), '', 0.01)
-    report.row(f'{name}: sights of an exchanged ball', int((~right).sum()), '', 0)
+    told = sum('exchanged' in note for note in result.notes)
+    most = None if told else 0.5  # a limit of 0 would be a lower one
+    report.row(f'{name}: sights of an exchanged ball', int((~right).sum()), '', most)
+    report.row(f'{name}: pairs that may be exchanged, as the notes say', told, '')
     both = np.abs(np.concatenate([off.real, off.imag]))
     covered = np.mean(both < 1.645 * np.concatenate([sigma[right], sigma[right]]))
     report.row(f'{name}: within the 90 % of the stated deviation', covered, '', -0.9)

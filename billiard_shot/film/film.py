@@ -165,16 +165,12 @@ def read_film(
     given_up += [(path, 'its place shakes as that of no ball') for path in shaking]
     notes += [f'ball {name!r} was not found' for name in scene.balls if name not in balls]
     notes += _doubts(tracker, balls)
-    notes += [
-        f'{name!r} is not seen before {ball.time[0]:.2f} s: in a rack, or hidden'
-        for name, ball in balls.items()
-        if ball.time[0] > times[0] + UNSEEN
-    ]
-    notes += [
-        f'{name!r} is not seen after {ball.time[-1]:.2f} s: pocketed, or hidden'
-        for name, ball in balls.items()
-        if ball.time[-1] < times[-1] - UNSEEN
-    ]
+    for name, ball in balls.items():
+        first, last = ball.time[0], ball.time[-1]
+        if first > times[0] + UNSEEN:
+            notes.append(f'{name!r} is not seen before {first:.2f} s: in a rack, or hidden')
+        if last < times[-1] - UNSEEN:
+            notes.append(f'{name!r} is not seen after {last:.2f} s: pocketed, or hidden')
     seen_at = np.array(times)
     shots, about = find_shots(balls, seen_at)
     recorded = tuple(
@@ -232,7 +228,10 @@ def find_shots(balls: Mapping[str, Path], times: Floats) -> tuple[list[Shot], li
     spans: list[list[float]] = []
     for first, last in edges.reshape(-1, 2):
         begin, end = float(times[first]), float(times[last - 1])
-        if spans and begin - spans[-1][1] < REST:
+        last_end = spans[-1][1] if spans else -np.inf
+        if begin - last_end < REST or any(
+            _moves_hidden(each, last_end, begin) for each in rows.values()
+        ):
             spans[-1][1] = end
         else:
             spans.append([begin, end])
@@ -256,14 +255,24 @@ def find_shots(balls: Mapping[str, Path], times: Floats) -> tuple[list[Shot], li
 
 
 def _moving(rows: Floats, times: Floats) -> NDArray[np.bool_]:
-    """Return at which times a ball moves, also while it is hidden."""
-    before = np.searchsorted(rows[:, 0], times - 0.5 * WINDOW, side='right') - 1
-    before = np.clip(before, 0, len(rows) - 1)
+    """Return at which times a ball moves."""
+    before = np.clip(np.searchsorted(rows[:, 0], times - 0.5 * WINDOW), 0, len(rows) - 1)
     after = np.clip(np.searchsorted(rows[:, 0], times + 0.5 * WINDOW), 0, len(rows) - 1)
     away = np.linalg.norm(rows[after, 1:3] - rows[before, 1:3], axis=1)
     limit = np.maximum(MOVED, DEVIATIONS * np.hypot(rows[before, 3], rows[after, 3]))
-    moves: NDArray[np.bool_] = (away > limit) & (rows[after, 0] - rows[before, 0] < HIDDEN)
+    seen = np.abs(rows[after, 0] - times) + np.abs(times - rows[before, 0]) < 3.0 * WINDOW
+    moves: NDArray[np.bool_] = (away > limit) & seen
     return moves
+
+
+def _moves_hidden(rows: Floats, end: float, begin: float) -> bool:
+    """Return whether a ball is hidden between two motions, and elsewhere after it."""
+    k = int(np.searchsorted(rows[:, 0], 0.5 * (end + begin)))  # 0 if end is -inf
+    if not 0 < k < len(rows):
+        return False
+    before, after = rows[k - 1], rows[k]
+    away = float(np.linalg.norm(after[1:3] - before[1:3]))
+    return bool(away > MOVED and REST < after[0] - before[0] < HIDDEN)
 
 
 def _way(rows: Floats, begin: float, end: float) -> float:

@@ -154,6 +154,8 @@ class TableCamera(LifecycleNode):
         self._reset('the node is not active')
         return super().on_deactivate(state)
 
+    on_shutdown = on_deactivate
+
     def _on_info(self, info: CameraInfo) -> None:
         """Rectify pictures from now on, if the camera is calibrated."""
         if (list(info.k), list(info.d)) == (list(self._info.k), list(self._info.d)):

@@ -9,7 +9,7 @@ from billiard_shot.film.balls import Seen
 from billiard_shot.film.film import find_shots
 from billiard_shot.film.kinds import named
 from billiard_shot.film.reading import Film
-from billiard_shot.film.tracks import Path, Tracker
+from billiard_shot.film.tracks import merged, Path, Tracker
 
 WHITE, RED, YELLOW = (235.0, 235.0, 225.0), (190.0, 25.0, 30.0), (235.0, 200.0, 60.0)
 RADIUS, RATE = 0.03, 60.0
@@ -124,6 +124,25 @@ def test_shots_are_cut_by_rests_and_only_whole_ones_count():
     shots, notes = find_shots({'cue': path_of(way, WHITE, times)}, times)
     assert [round(shot.strike, 1) for shot in shots] == [3.0, 6.5]
     assert any('begins before the film' in note for note in notes)
+
+
+def test_a_ball_that_moves_while_it_is_hidden_does_not_rest():
+    times = np.arange(0.0, 4.0, 1 / RATE)
+    shown = times[(times < 0.9) | (times > 1.4)]
+    balls = {'cue': path_of(rolling(0.5), WHITE, shown)}
+    (shot,), _ = find_shots(balls, times)
+    assert shot.strike == pytest.approx(0.5, abs=0.25 / RATE)
+
+
+def test_a_spot_of_a_rack_is_no_motion():
+    """Balls of a rack look as one ball elsewhere, until they have left it."""
+    times = np.arange(0.0, 4.0, 1 / RATE)
+    racked = path_of(lambda t: (0.8, 0.0), RED, times[times < 0.15])
+    left = path_of(lambda t: (0.8, 0.06), RED, times[times > 0.8])
+    red = merged([racked, left])
+    (shot,), notes = find_shots({'cue': path_of(rolling(0.5), WHITE, times), 'red': red}, times)
+    assert shot.struck == 'cue'
+    assert notes == []
 
 
 def test_rows_of_turned_pictures_have_their_times():

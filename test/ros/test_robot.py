@@ -132,6 +132,12 @@ def example(domain):
         yield example
 
 
+def test_detections_come_from_pictures_instead_of_the_simulated_table():
+    nodes = robot.nodes_of([], robot.OfRobot(simulate=True, camera=True, pictures=True))
+    assert {'table_camera', 'table_tracker'} <= nodes.keys()
+    assert {'camera:=False', 'table_state:=simulated_table'} <= set(nodes['table_sim'])
+
+
 @pytest.mark.slow
 def test_a_turn_is_played_with_the_camera_and_the_controller_of_the_pages(
     begin, example, launch_once, node, tmp_path

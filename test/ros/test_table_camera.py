@@ -9,6 +9,7 @@ pytest.importorskip('av', reason='needs PyAV, an extra: film')
 
 import cv2
 from diagnostic_msgs.msg import DiagnosticArray
+from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 import numpy as np
 from rendered_camera import painter_of
@@ -120,10 +121,14 @@ def test_balls_are_detected_and_a_camera_that_moves_is_noticed(node, launch_once
     change = PatientCaller(node, ChangeState, f'{space}/table_camera/change_state')
     assert change.wait_for_service()
     assert says('no picture received')
-    for transition in (1, 3):  # configure, activate
+
+    def go(transition):
         request = ChangeState.Request()
         request.transition.id = transition
-        assert change.call(request).success
+        return change.call(request).success
+
+    assert go(Transition.TRANSITION_CONFIGURE)
+    assert go(Transition.TRANSITION_ACTIVATE)
     assert spin_until(node, lambda: heard and len(heard[-1].detections) == 3)
     assert says('sees the table')
     assert heard[-1].header.frame_id == 'table'
@@ -139,4 +144,6 @@ def test_balls_are_detected_and_a_camera_that_moves_is_noticed(node, launch_once
     heard.clear()
     assert says('sees the table'), 'the table is not found again'
     assert spin_until(node, lambda: heard and len(heard[-1].detections) == 3)
+    assert go(Transition.TRANSITION_ACTIVE_SHUTDOWN)
+    assert says('the node is not active')
     timer.cancel()
