@@ -76,6 +76,9 @@ How often a fit is repeated at a horizon, until it moves no number by more than 
 deviation; and the steps of each.
 """
 
+WIDE = np.full(len(FIRST_SCALES), 0.05)
+"""Scales of errors while numbers may be far from those of the simulator [m]."""
+
 MOST_STEPS = 1 + len(STRIKE_EFFECTS) + len(CUSHIONS) + 2
 """Number of steps that are told, at most."""
 
@@ -257,7 +260,7 @@ def _with_cushion(scene: Scene, model: str) -> Scene:
     if model == cushion.model:
         return scene
     usual: dict[str, Any] = dict.fromkeys(('restitution', 'friction', 'fading', 'frequency_ratio'))
-    other = replace(cushion, model=model, **usual)
+    other = replace(cushion, model=model, early_fading=0.0, **usual)
     return replace(scene, table=replace(scene.table, cushion=other))
 
 
@@ -327,20 +330,28 @@ def _settled(
     horizons: Sequence[float] = (),
     values: Floats | None = None,
 ) -> JointFit:
-    """Fit with horizons that grow, with the last one until the numbers stay."""
-    last, scales = problem.horizon, FIRST_SCALES
+    """
+    Fit with horizons that grow, with the last one until the numbers stay.
+
+    Samples before the first cushion are nearly exact, so usual errors are small beside those of a
+    wrong cushion. The first fit with each horizon has wide scales, which leave no sample out.
+    """
+    last, scales = problem.horizon, WIDE
     values = np.clip(problem.start if values is None else values, *problem.bounds)
-    for horizon in [*(each for each in horizons if each < last), *ROUNDS * [last]]:
+    ladder = [*(each for each in horizons if each < last), last]
+    for number, horizon in enumerate([*ladder, *ROUNDS * [last]]):
+        wide = number < len(ladder)
         problem = problem._replace(horizon=horizon)
         cut = [
             each
             for each in searched(problem, values, launches, scales, (0,), True)
             if len(each.compared(scales, horizon).samples.times)
         ]
-        found = fit(rescaled(followed(problem, values, cut, scales)), STEPS)
+        found = followed(problem, values, cut, WIDE if wide else scales)
+        found = fit(found if wide else rescaled(found), STEPS)
         change = np.abs(found.values - values) / found.deviations
         values, scales = found.values, found.scales
-        if horizon == last and change.max(initial=0.0) < SETTLED:
+        if not wide and change.max(initial=0.0) < SETTLED:
             break
     return found
 
