@@ -70,10 +70,10 @@ FIRST_WAY = 0.5
 TRIED_HORIZON = 3.0
 """Models compete after a fit until so long after the strike [s]."""
 
-ROUNDS, SETTLED, STEPS = 4, 0.25, 6
+TRIED_ROUNDS, ROUNDS, SETTLED, STEPS = 2, 8, 0.25, 6
 """
-How often a fit is repeated at a horizon, until it moves no number by more than this part of its
-deviation; and the steps of each.
+How often a fit is repeated at its last horizon while models compete, and at the end, until it
+moves no number by more than this part of its deviation; and the steps of each.
 """
 
 WIDE = np.full(len(FIRST_SCALES), 0.05)
@@ -250,7 +250,7 @@ def _fit_tables(
     best = all_tried[0]
     work.say(f'table, {best.words}')
     problem = best.found.problem._replace(horizon=work.horizons[-1])
-    return _settled(problem, launches, values=best.found.values), all_tried
+    return _settled(problem, launches, values=best.found.values, rounds=ROUNDS), all_tried
 
 
 def _with_cushion(scene: Scene, model: str) -> Scene:
@@ -329,6 +329,7 @@ def _settled(
     launches: Sequence[Launch],
     horizons: Sequence[float] = (),
     values: Floats | None = None,
+    rounds: int = TRIED_ROUNDS,
 ) -> JointFit:
     """
     Fit with horizons that grow, with the last one until the numbers stay.
@@ -339,7 +340,7 @@ def _settled(
     last, scales = problem.horizon, WIDE
     values = np.clip(problem.start if values is None else values, *problem.bounds)
     ladder = [*(each for each in horizons if each < last), last]
-    for number, horizon in enumerate([*ladder, *ROUNDS * [last]]):
+    for number, horizon in enumerate([*ladder, *rounds * [last]]):
         wide = number < len(ladder)
         problem = problem._replace(horizon=horizon)
         cut = [
