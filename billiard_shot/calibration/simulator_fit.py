@@ -287,11 +287,11 @@ def _model_error(work: SimulatorFit, model: CalibrationModel) -> ModelError:
     problem = FitProblem(model, (), min(TRIED_HORIZON, work.horizons[-1]), work.mapped)
     launches = followed(problem, np.zeros(0), free, FIRST_SCALES).launches
     radius = model.scene.ball.radius
+    command = samples[0].command
+    assert command is not None
     rows = np.array([each.numbers[:PLACES] for each in launches])
-    errors = np.sqrt((rows**2).mean(axis=0)) * [
-        sigmas_of(each.samples.command, radius) for each in launches[:1] if each.samples.command
-    ]
-    a, b, elevation, azimuth, speed = errors[0].tolist()
+    errors = np.sqrt((rows**2).mean(axis=0)) * sigmas_of(command, radius)
+    a, b, elevation, azimuth, speed = errors.tolist()
     places = np.concatenate([each.numbers[PLACES + 2 :] for each in launches])
     return ModelError(
         a=a * radius,
