@@ -204,8 +204,8 @@ def calibrate(
         wanted = [each.name for each in sought] + ([RATIO] if names is None else [])
         says = _steps_of(progress)
         steps = SimulatorFit(read[0], wanted, used, tested, horizons, mapped, says)
-        found = fit_to_simulator(steps, replace(exact, balls=scene.balls), scene.noise)
-        return replace(found, ignored=tuple(ignored))
+        result = fit_to_simulator(steps, replace(exact, balls=scene.balls), scene.noise)
+        return replace(result, ignored=tuple(ignored))
     stages = len(horizons) + ROUNDS
     work = _Work(mapped, progress, stages * len(used) + 2 * len(tested))
     content = [(each.name, len(each.place)) for each in usable]
