@@ -105,6 +105,7 @@ def test_what_is_imported_is_declared():
         'cv2': 'opencv-python-headless',
         'imageio': 'imageio[ffmpeg]',
         'imageio_ffmpeg': 'imageio[ffmpeg]',
+        'pooltool': 'pooltool-billiards',
     }
     files = (*(ROOT / PACKAGE).rglob('*.py'), *(ROOT / 'launch').glob('*.py'))
     tools = {'numba', 'llvmlite', 'ziglang'}  # of the build; numba brings llvmlite

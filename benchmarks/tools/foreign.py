@@ -45,8 +45,8 @@ def strike(scene, stroke):
 
 
 def run(scene, stroke, errors):
-    """Play a stroke in that arena, with the errors of its players."""
-    velocity, spin = strike(THEIRS, NOISE.perturb(stroke, errors, R))
+    """Play a stroke in that arena, with the noise of the scene."""
+    velocity, spin = strike(THEIRS, scene.noise.perturb(stroke, errors, R))
     lying = {ball: BallState(position=(x, y, R)) for ball, (x, y) in scene.balls.items()}
     lying['cue'] = BallState(lying['cue'].position, velocity, spin)
     return simulate(THEIRS, lying)

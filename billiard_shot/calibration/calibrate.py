@@ -175,6 +175,8 @@ def calibrate(
         scene = Scene.load(scene)
         played = replace(scene, noise=noise or NOISES['none'])
         if noise is None:
+            if checkpoint is not None:
+                raise refused(checkpoint, 'left out for strokes without errors', 'checkpoint')
             exact = played = without_obstacles(recordings, played)
         recordings = recording_of(recordings, played, shots, seed)
     read = read_recordings(recordings)
@@ -196,8 +198,8 @@ def calibrate(
         wanted = [each.name for each in sought] + ([RATIO] if names is None else [])
         says = _steps_of(progress)
         steps = SimulatorFit(read[0], wanted, used, tested, horizons, mapped, says)
-        best = fit_to_simulator(steps, replace(exact, balls=scene.balls), scene.noise)
-        return replace(best, ignored=tuple(ignored))
+        result = fit_to_simulator(steps, replace(exact, balls=scene.balls), scene.noise)
+        return replace(result, ignored=tuple(ignored))
     stages = len(horizons) + ROUNDS
     work = _Work(mapped, progress, stages * len(used) + 2 * len(tested))
     model = calibration_model(scene, read)

@@ -70,11 +70,14 @@ FIRST_WAY = 0.5
 TRIED_HORIZON = 3.0
 """Models compete after a fit until so long after the strike [s]."""
 
-ROUNDS, SETTLED, STEPS = 4, 0.25, 6
+TRIED_ROUNDS, ROUNDS, SETTLED, STEPS = 2, 8, 0.25, 6
 """
-How often a fit is repeated at a horizon, until it moves no number by more than this part of its
-deviation; and the steps of each.
+How often a fit is repeated at its last horizon while models compete, and at the end, until it
+moves no number by more than this part of its deviation; and the steps of each.
 """
+
+WIDE = np.full(len(FIRST_SCALES), 0.05)
+"""Scales of errors while numbers may be far from those of the simulator [m]."""
 
 MOST_STEPS = 1 + len(STRIKE_EFFECTS) + len(CUSHIONS) + 2
 """Number of steps that are told, at most."""
@@ -247,7 +250,7 @@ def _fit_tables(
     best = all_tried[0]
     work.say(f'table, {best.words}')
     problem = best.found.problem._replace(horizon=work.horizons[-1])
-    return _settled(problem, launches, values=best.found.values), all_tried
+    return _settled(problem, launches, values=best.found.values, rounds=ROUNDS), all_tried
 
 
 def _with_cushion(scene: Scene, model: str) -> Scene:
@@ -257,7 +260,7 @@ def _with_cushion(scene: Scene, model: str) -> Scene:
     if model == cushion.model:
         return scene
     usual: dict[str, Any] = dict.fromkeys(('restitution', 'friction', 'fading', 'frequency_ratio'))
-    other = replace(cushion, model=model, **usual)
+    other = replace(cushion, model=model, early_fading=0.0, **usual)
     return replace(scene, table=replace(scene.table, cushion=other))
 
 
@@ -284,11 +287,11 @@ def _model_error(work: SimulatorFit, model: CalibrationModel) -> ModelError:
     problem = FitProblem(model, (), min(TRIED_HORIZON, work.horizons[-1]), work.mapped)
     launches = followed(problem, np.zeros(0), free, FIRST_SCALES).launches
     radius = model.scene.ball.radius
+    command = samples[0].command
+    assert command is not None
     rows = np.array([each.numbers[:PLACES] for each in launches])
-    errors = np.sqrt((rows**2).mean(axis=0)) * [
-        sigmas_of(each.samples.command, radius) for each in launches[:1] if each.samples.command
-    ]
-    a, b, elevation, azimuth, speed = errors[0].tolist()
+    errors = np.sqrt((rows**2).mean(axis=0)) * sigmas_of(command, radius)
+    a, b, elevation, azimuth, speed = errors.tolist()
     places = np.concatenate([each.numbers[PLACES + 2 :] for each in launches])
     return ModelError(
         a=a * radius,
@@ -326,21 +329,30 @@ def _settled(
     launches: Sequence[Launch],
     horizons: Sequence[float] = (),
     values: Floats | None = None,
+    rounds: int = TRIED_ROUNDS,
 ) -> JointFit:
-    """Fit with horizons that grow, with the last one until the numbers stay."""
-    last, scales = problem.horizon, FIRST_SCALES
+    """
+    Fit with horizons that grow, with the last one until the numbers stay.
+
+    Samples before the first cushion are nearly exact, so usual errors are small beside those of a
+    wrong cushion. The first fit with each horizon has wide scales, which leave no sample out.
+    """
+    last, scales = problem.horizon, WIDE
     values = np.clip(problem.start if values is None else values, *problem.bounds)
-    for horizon in [*(each for each in horizons if each < last), *ROUNDS * [last]]:
+    ladder = [*(each for each in horizons if each < last), last]
+    for number, horizon in enumerate([*ladder, *rounds * [last]]):
+        wide = number < len(ladder)
         problem = problem._replace(horizon=horizon)
         cut = [
             each
             for each in searched(problem, values, launches, scales, (0,), True)
             if len(each.compared(scales, horizon).samples.times)
         ]
-        found = fit(rescaled(followed(problem, values, cut, scales)), STEPS)
+        found = followed(problem, values, cut, WIDE if wide else scales)
+        found = fit(found if wide else rescaled(found), STEPS)
         change = np.abs(found.values - values) / found.deviations
         values, scales = found.values, found.scales
-        if horizon == last and change.max(initial=0.0) < SETTLED:
+        if not wide and change.max(initial=0.0) < SETTLED:
             break
     return found
 

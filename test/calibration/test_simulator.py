@@ -66,7 +66,7 @@ def test_shots_of_a_simulator_tell_numbers_of_table_and_cue(recording):
 
 def others(scene, stroke, errors):
     """Play on a table of others: Han's cushions, contacts that take no time, and a plain cue."""
-    cushion = Cushion('han', 0.8, 0.17, duration=0.0)
+    cushion = Cushion('han', 0.8, height=scene.table.cushion.height, duration=0.0)
     instant = replace(scene.contacts.ball_ball, duration=0.0)
     theirs = replace(
         scene,
@@ -80,9 +80,9 @@ def others(scene, stroke, errors):
 def test_a_fit_finds_the_models_of_a_simulator():
     """From shots without errors, although those of the player are stated."""
     sought = [*NUMBERS, 'table.cushion.restitution']
-    found = calibrate(others, CAROM, names=sought, horizon=1.5, shots=16)
+    found = calibrate(others, CAROM, names=sought, horizon=2.7, shots=16)
     assert found.converged
-    assert found.scene.table.cushion.model in ('han', 'stronge')  # which differ in a spring alone
+    assert found.scene.table.cushion.model == 'han'
     assert found.scene.effects.shaft == found.scene.effects.flight == 'off'
     values = {each.name: each.value for each in found.estimates}
     assert values['cloth.sliding_friction'] == pytest.approx(0.23, rel=0.02)
