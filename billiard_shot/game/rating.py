@@ -18,9 +18,7 @@ from billiard_shot.scene.placement import CUE_BALL
 
 POINTS = 100.0 / math.log(2.0)  # of a rating, for a factor e of the odds to win a game
 ALWAYS_ERRORS = 'miss', 'scratch', 'foul', 'no shot', 'illegal'  # of `ENDS`
-ANCHOR = re.compile(
-    rf'player(?::.*)?{LEVEL}fargo_(\d+)'
-)  # whose levels are those of people
+ANCHOR = re.compile(rf'player(?::.*)?{LEVEL}fargo_(\d+)')  # whose levels are those of people
 NEWTON_STEPS = 30
 
 
