@@ -91,8 +91,12 @@ def run(options: argparse.Namespace) -> int:
     return DONE
 
 
-def _play_rack(scene: Scene, options: argparse.Namespace) -> RackRecord:
-    """Play a rack, or go on with it; print, write what is asked for, and return its record."""
+def _play_rack(scene: Scene, options: argparse.Namespace, hint: bool = True) -> RackRecord:
+    """
+    Play a rack, or go on with it; print, write what is asked for, and return its record.
+
+    A `hint` says how to go on with a game that was interrupted.
+    """
     needed = find_game(options.game).players
     given = options.players or [PERSON, 'player'][:needed]
     if len(given) > needed:
@@ -118,7 +122,8 @@ def _play_rack(scene: Scene, options: argparse.Namespace) -> RackRecord:
             if options.browser:
                 _show_last_shot(record, scene)
     except KeyboardInterrupt:
-        _keep(record, options.state)
+        if hint:
+            _keep(record, options.state)
         _finish(record, scene, options)
         raise
     _finish(record, scene, options)
@@ -139,7 +144,7 @@ def _against_the_ghost(scene: Scene, options: argparse.Namespace) -> None:
             print(_score(racks))
         name = f'rack-{len(racks) + 1:04d}'
         new = {'game': TEST, 'rack': len(racks), 'state': own / f'{name}.json', 'pages': None}
-        rack = _play_rack(scene, argparse.Namespace(**{**vars(options), **new}))
+        rack = _play_rack(scene, argparse.Namespace(**{**vars(options), **new}), hint=False)
         racks.append(rack)
         if rack.winner is None:
             print(_show_better(rack, scene, own / name))
