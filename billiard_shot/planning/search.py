@@ -235,11 +235,7 @@ def effort_of(runner: Runner) -> float:
 def _promising(stages: list[Stage]) -> list[Stage]:
     """Select the stages whose candidates are refined again in a further round."""
     best = max((stage.value for stage in stages), default=0.0)
-    return [
-        stage
-        for stage in stages
-        if len(stage.outcomes.penalty) and stage.value >= best - PROMISING
-    ]
+    return [stage for stage in stages if len(stage.chosen) and stage.value >= best - PROMISING]
 
 
 def choose_candidates(
