@@ -275,15 +275,10 @@ def plan(
         placed = replace(scene, balls={**scene.balls, CUE_BALL: there})
         results.append(replace(search_at(placed, len(places)), place=there))
     return replace(
-        max(results, key=_surely),
+        max(results, key=lambda result: result.best.surely if result.best else -1.0),
         simulations=sum(each.simulations for each in results),
         wall_time=perf_counter() - begin,
     )
-
-
-def _surely(result: PlanResult) -> float:
-    """Return the lower end of the value of the best stroke; below 0 if there is none."""
-    return result.best.surely if result.best else -1.0
 
 
 def _result(problem: Problem, runner: Runner, found: Found, begin: float) -> PlanResult:

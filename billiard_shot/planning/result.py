@@ -283,8 +283,8 @@ class PlanResult(Shown, Tabular):
     noise : Noise
         Execution noise under which the success was estimated.
     converged : bool
-        Whether two searches from different random numbers agree on the success of the best stroke,
-        and its interval is not wider than 0.1.
+        Whether the best success is nearly 1, or a search from other candidates found none that is
+        surely larger; and its interval is not wider than 0.1.
     place : (x, y), optional
         Where to put a cue ball in hand [m], if the plan was asked for that.
 

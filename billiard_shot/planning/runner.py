@@ -204,21 +204,19 @@ class Runner:
         self.value = value
         self._progress, self._cancel = progress, cancel
         # The time counts from the first strokes on: on a busy machine it would else be up before.
-        self._begin, self._seconds = inf, seconds
+        self._begin, self._seconds = inf, seconds or inf
         self._last_rate = FIRST_RATE  # strokes per second, without the fits of maps
 
     @property
     def left(self) -> int:
         """Number of strokes that may still be evaluated, without the reserved ones."""
         left = self.budget - self.simulations - self.reserved
-        if self._seconds is not None:
-            left = int(min(left, max(self._rate * self._time_left, self.granted)))
-        return max(left, 0)
+        return max(int(min(left, max(self._rate * self._time_left, self.granted))), 0)
 
     @property
     def scope(self) -> float:
         """Number of strokes that budget and time allow for in all."""
-        return min(self.budget, self._rate * (self._seconds or inf))
+        return min(self.budget, self._rate * self._seconds)
 
     @property
     def _rate(self) -> float:
@@ -241,7 +239,7 @@ class Runner:
         about `SHORT_TASK_S` of work. The tasks are alike.
         """
         size = min(max(ceil(strokes / (os.cpu_count() or 1)), CHUNK), LARGEST_CHUNK)
-        if self._seconds is not None:
+        if self.is_timed:
             size = min(max(int(SHORT_TASK_S * self._last_rate), 1), size)
         return ceil(strokes / max(ceil(strokes / size), 1)) or 1
 
@@ -253,7 +251,7 @@ class Runner:
     @property
     def is_timed(self) -> bool:
         """Whether there is a time limit."""
-        return self._seconds is not None
+        return self._seconds < inf
 
     @property
     def late(self) -> bool:
@@ -266,8 +264,6 @@ class Runner:
 
     def _time_until(self, share: float) -> float:
         """Seconds until a share of the time has passed."""
-        if self._seconds is None:
-            return inf
         return share * self._seconds - self._gone
 
     def note(self, stroke: Array, value: float) -> None:

@@ -149,7 +149,7 @@ def _iteration(
 NORMAL_BUDGET = 60_000  # simulations to which the numbers below apply
 MIN_EFFORT = 0.3  # share of these numbers for a small budget or a short time
 RACERS, FINAL_STROKES = 6, 4  # strokes that race; strokes that get held-out trials
-RACE_TRIALS = (200, 600)  # of each stroke that still races, in the rounds of a race
+RACE_TRIALS = (200, 300)  # of each stroke that still races, in the rounds of a race
 SURE_SUCCESS = 0.98  # lower bound of the success at which the race ends
 WINNER_TRIALS, OTHER_TRIALS = 1500, 400  # held-out trials of the winner; of each other
 LEAST_TRIALS = 100  # of the winner, even if the time is up
@@ -184,7 +184,7 @@ def search(problem: Problem, runner: Runner, seed: int) -> Found:
     stages: list[Stage] = []
     found: list[Population] = []
     winners: list[float] = []  # value of the best stroke of each round
-    nearest, converged = np.inf, False
+    nearest, converged, cancelled = np.inf, False, False
     try:
         for _ in range(MAX_ROUNDS):
             first, best = len(found), 0.0
@@ -216,23 +216,15 @@ def search(problem: Problem, runner: Runner, seed: int) -> Found:
         runner.best = max(winners, default=0.0)
         runner.reserved = 0
         finalists = run_race(problem, runner, best_of(found), draws, effort_of(runner))
-        kinds = untried(stages, runner.best)
-        return Found(finalists, nearest, cancelled=False, converged=converged, untried=kinds)
     except StoppedError:
-        ended = best_of(found)
+        converged, cancelled, ended = False, True, best_of(found)
         ended = ended.take(_distinct(problem, ended.strokes)[:FINAL_STROKES])
-        finalists = [
-            _ranked(problem, stroke, round(success * n), n, value, _standard_error(value, n))
-            for stroke, success, value, n in zip(
-                ended.strokes,
-                ended.success.tolist(),
-                ended.value.tolist(),
-                ended.samples.tolist(),
-                strict=True,
-            )
-        ]
-        kinds = untried(stages, runner.best)
-        return Found(finalists, nearest, cancelled=True, converged=False, untried=kinds)
+        finalists = []
+        for i, n in enumerate(ended.samples.tolist()):
+            value, successes = float(ended.value[i]), round(ended.success[i] * n)
+            error = (value * (1.0 - value) / n) ** 0.5  # no values have a larger one
+            finalists.append(_ranked(problem, ended.strokes[i], successes, n, value, error))
+    return Found(finalists, nearest, cancelled, converged, untried(stages, runner.best))
 
 
 def effort_of(runner: Runner) -> float:
@@ -243,11 +235,7 @@ def effort_of(runner: Runner) -> float:
 def _promising(stages: list[Stage]) -> list[Stage]:
     """Select the stages whose candidates are refined again in a further round."""
     best = max((stage.value for stage in stages), default=0.0)
-    return [
-        stage
-        for stage in stages
-        if len(stage.outcomes.penalty) and stage.value >= best - PROMISING
-    ]
+    return [stage for stage in stages if len(stage.chosen) and stage.value >= best - PROMISING]
 
 
 def choose_candidates(
@@ -374,8 +362,3 @@ def _ranked(
         value=value,
         value_error=error,
     )
-
-
-def _standard_error(value: float, trials: int) -> float:
-    """Bound the standard error of the mean of values from 0 to 1."""
-    return float(np.sqrt(value * (1.0 - value) / trials))

@@ -149,28 +149,23 @@ def _turn_through(
     p0, p1 = paths[row, before], paths[row, index]
     there = p0 + part[:, np.newaxis] * (p1 - p0)
     azimuth = math.atan2(ahead[1], ahead[0]) - np.arctan2(there[:, 1], there[:, 0])
-    sine, cosine = np.sin(azimuth), np.cos(azimuth)
+    turn = np.exp(1j * azimuth)[:, np.newaxis]
     # the path up to the waypoint, in the frame of the table
     reached = np.arange(PATH_POINTS) <= before[:, np.newaxis]
     points = np.where(reached[..., np.newaxis], paths, there[:, np.newaxis])
-    x = problem.cue_ball[0] + cosine[:, None] * points[..., 0] - sine[:, None] * points[..., 1]
-    y = problem.cue_ball[1] + sine[:, None] * points[..., 0] + cosine[:, None] * points[..., 1]
-    world = np.stack([x, y, points[..., 2]], axis=2)
-    half_length, half_width = problem.half_sizes
-    inside = (np.abs(x).max(axis=1) <= half_length) & (np.abs(y).max(axis=1) <= half_width)
+    level = complex(*problem.cue_ball) + turn * (points[..., 0] + 1j * points[..., 1])
+    world = np.stack([level.real, level.imag, points[..., 2]], axis=2)
+    inside = (np.abs(world[..., :2]).max(axis=1) <= problem.half_sizes).all(axis=1)
     clear = reaches & (there[:, 2] < MAX_ARRIVAL_HEIGHT * problem.radius) & inside
     for other in range(1, len(problem.places)):
         if other != point.struck:
             rows = np.flatnonzero(clear)
             apart = distances_from(world[rows], np.array([*problem.places[other], 0.0]))
             clear[rows] = apart > 2.0 * problem.radius
-    step = p1 - p0
-    heading = np.stack(
-        [cosine * step[:, 0] - sine * step[:, 1], sine * step[:, 0] + cosine * step[:, 1]], axis=1
-    )
-    size = np.maximum(np.hypot(*heading.T), 1e-12)
-    cut = heading @ point.push / size if point.struck else np.ones(len(paths))
-    return azimuth, clear, cut, distance
+    x, y, _ = (p1 - p0).T
+    step = turn[:, 0] * (x + 1j * y)
+    along = (step * complex(*point.push).conjugate()).real / np.maximum(np.abs(step), 1e-12)
+    return azimuth, clear, along if point.struck else np.ones(len(paths)), distance
 
 
 CANDIDATES, CANDIDATE_SHARE = 6_000, 0.3  # of a stage: at most; and as a share of the budget

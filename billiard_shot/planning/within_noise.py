@@ -254,16 +254,12 @@ class Maps:
             cells, owner, counts = _cells_of(strokes[left], level)
             self._strokes.update(dict(zip(cells, counts, strict=True)))
             # Whether a fit pays depends only on this search, not on cells that are fitted.
-            pays = [self._strokes[cell] >= FEWEST for cell in cells]
-            missing = [
-                cell
-                for cell, due in zip(cells, pays, strict=True)
-                if due and cell not in self.fits
-            ]
+            due = [i for i, cell in enumerate(cells) if self._strokes[cell] >= FEWEST]
+            missing = [cells[i] for i in due if cells[i] not in self.fits]
             self.fits.update(zip(missing, fit(list(map(box_of, missing))), strict=True))
             numbers = np.full(len(cells), SOLVED)
             divided = np.zeros(len(cells), np.bool_)
-            for i in np.flatnonzero(pays).tolist():
+            for i in due:
                 found = self.fits[cells[i]]
                 divided[i] = found.divides
                 if (found.errors <= bounds).all():

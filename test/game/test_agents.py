@@ -10,9 +10,10 @@ import pytest
 from billiard_shot import predict, predict_batch, Scene
 from billiard_shot.cli import main
 from billiard_shot.game import Call, Decision, judge, Outcome, Ruling, start, State
+from billiard_shot.game.agents import player as player_module
 from billiard_shot.game.agents.greedy import Greedy
 from billiard_shot.game.agents.player import Player
-from billiard_shot.game.ideas import Idea, indirect_pots, Position, rate, safeties
+from billiard_shot.game.ideas import Idea, indirect_pots, Position, rate, Rating, safeties
 from billiard_shot.game.rack import (
     agent_names,
     ENDS,
@@ -457,3 +458,26 @@ def test_a_player_whose_make_takes_no_scene_is_refused(tmp_path, monkeypatch, ca
     assert "make of player 'mine.bare' must be a function of a scene and a seed" in (
         capsys.readouterr().err
     )
+
+
+def test_touching_balls_get_fewer_trials_because_their_strokes_take_long(monkeypatch):
+    trials = []
+
+    def rate(ideas, errors, plies):
+        trials[-1] += len(ideas) * len(errors)
+        return [Rating(idea, 0.5, 0.5) for idea in ideas]
+
+    def safeties(position):
+        stroke = np.array([0.0, 0.0, 0.1, 0.0, 1.0])
+        return [Idea(position, stroke, Call(safety=True), 0.5)] * 20
+
+    monkeypatch.setattr(player_module, 'rate', rate)
+    monkeypatch.setattr(player_module, 'safeties', safeties)
+    monkeypatch.setattr(player_module, 'indirect_pots', lambda position: [])
+    racked = start('eight_ball', TABLE).with_cue_ball(-0.6, 0.1)
+    racked = replace(racked, phase='play', in_hand='')
+    apart = {ball: (x, 1.2 * y) for ball, (x, y) in racked.balls.items()}
+    for state in (racked, replace(racked, balls=apart)):
+        trials.append(0)
+        Player(TABLE, 1).decide(state)
+    assert 0 < trials[0] < 0.3 * trials[1]

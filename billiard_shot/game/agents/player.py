@@ -8,6 +8,7 @@ combinations, cushions, safeties and push-outs compete with the pots by the same
 
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import combinations
 import math
 from time import perf_counter
 from typing import NamedTuple
@@ -56,6 +57,9 @@ WINNERS, MORE_SAMPLES = 5, 200  # of these, ideas with more errors, and errors o
 VARIED, VARIATIONS = 3, 12  # of these, ideas that are varied, and variations of each
 POOR = 0.6  # success below which other strokes compete
 OTHERS = 16  # of which so many of each kind are tried with errors
+# A stroke into touching balls takes long. If more pairs touch than so many, at distances [m] up to
+# this, ideas and errors are fewer: each by the square root of the ratio.
+FEW_TOUCHING, TOUCHING = 4, 1e-3
 TIME_RESERVE = 10.0  # decisions for which the time of a rack has to last
 
 
@@ -106,6 +110,7 @@ class Player:
         self._scene = replace(scene, noise=scene.planned_noise, model_error=ModelError())
         self._draw = np.random.default_rng(seed)
         self._effort, self._plies = positive('effort', effort, ''), plies
+        self._share = 1.0  # of the ideas and errors
         self._safe = safe
         self._seconds = math.inf if seconds is None else positive('seconds', seconds, 's')
         self._planned: tuple[State, list[Rating], float] | None = None
@@ -197,6 +202,9 @@ class Player:
     def _in_time(self, state: State, start: float) -> list[Rating]:
         """Think until the next step would end too late after the start [s]."""
         end, before, longest = start + self._limit(state), perf_counter(), 0.0
+        pairs = combinations([state.balls[ball] for ball in state.object_balls], 2)
+        touching = sum(math.dist(*pair) < 2.0 * state.radius + TOUCHING for pair in pairs)
+        self._share = math.sqrt(FEW_TOUCHING / max(touching, FEW_TOUCHING))
         best: list[Rating] = []
         for step in self._steps(state):
             best = step
@@ -263,13 +271,13 @@ class Player:
             yield rated
         if not rated:
             return
-        for each in rated[:VARIED]:
+        for each in rated[: max(1, round(VARIED * self._share))]:
             some = variations(each.turned, self._many(VARIATIONS), self._draw)
             rated = rated + self._rate(some, errors)
             yield _by_value(rated)
         rated, errors = _by_value(rated), self._errors(MORE_SAMPLES)
         again: list[Rating] = []
-        for each in rated[:WINNERS]:
+        for each in rated[: max(1, round(WINNERS * self._share))]:
             again += self._rate([each.turned], errors)
             yield rated
         again = _by_value(again)
@@ -280,7 +288,7 @@ class Player:
         return rate(ideas, errors, self._plies, self._draw)
 
     def _many(self, count: int) -> int:
-        return max(1, round(count * self._effort))
+        return max(1, round(count * self._effort * self._share))
 
     def _errors(self, count: int) -> Array:
         """Draw errors of executions (samples, 5)."""
