@@ -31,7 +31,6 @@ from billiard_shot.calibration.launch import (
     calibration_model,
     CalibrationModel,
     FIRST_SCALES,
-    launch_of,
     prior_of,
     spins_of,
 )
@@ -201,7 +200,7 @@ def calibrate(
     stages = len(horizons) + ROUNDS
     work = _Work(mapped, progress, stages * len(used) + 2 * len(tested))
     model = calibration_model(scene, read)
-    launches = [Launch(each, _first_launch(each, model)) for each in used]
+    launches = [Launch(each, prior_of(each)[0]) for each in used]
     begin = FitProblem(model, sought, horizons[0], mapped)
     found, doubts = _fitted(begin, launches, horizons, seed, work)
     work.reach(stages * len(used))
@@ -247,13 +246,6 @@ def _named_scene(recordings: Sequence[Recording]) -> Scene:
     raise ValueError(
         f'scene is missing: {recordings[0].name} has no description (.yaml) that names one'
     )
-
-
-def _first_launch(samples: Samples, model: CalibrationModel) -> Floats:
-    """Return a likely launch: that of the stroke, if it is known."""
-    if samples.shot.stroke is None or samples.command is not None:
-        return prior_of(samples)[0]
-    return launch_of(model, samples, samples.shot.stroke)
 
 
 def _horizons(last: float) -> list[float]:

@@ -44,11 +44,9 @@ from numpy.typing import NDArray
 from billiard_shot.calibration.recording import CommandedStroke, Floats, Frame, Recording, Samples
 from billiard_shot.planning.within_noise import strike_alone
 from billiard_shot.scene import Scene
-from billiard_shot.scene.placement import CUE_BALL, nose_standoff
+from billiard_shot.scene.placement import nose_standoff
 from billiard_shot.scene.player import A, B, with_errors
 from billiard_shot.shot.effects import model_of as strike_model_of
-from billiard_shot.shot.predict import predict
-from billiard_shot.shot.stroke import Stroke
 from billiard_shot.status import Status
 from billiard_shot.table.model.geometry import BallClothParams, TableParams
 from billiard_shot.table.run.effects import params_on_table
@@ -210,23 +208,6 @@ def steps_of(samples: Samples) -> Floats:
     if samples.command is None:
         steps[:PLACES] = 1e-5 * speed, 1e-5, 1e-4 * speed, 1e-4 * speed, 1e-4 * speed
     return steps
-
-
-def launch_of(model: CalibrationModel, samples: Samples, stroke: Stroke) -> Floats:
-    """Return the numbers of the launch that a scene predicts for a stroke."""
-    frame = model.frame(samples)
-    x, y = frame.to_table(samples.rest[0]).tolist()
-    shot = predict(replace(model.scene, balls={CUE_BALL: (x, y)}), stroke)
-    launch, _ = prior_of(samples)
-    if shot.status.refused:
-        return launch
-    radius = frame.scale * model.scene.ball.radius
-    (u, v, _), (a, b, c) = shot.velocity.tolist(), (radius * shot.spin).tolist()
-    direction = math.atan2(v, u)
-    cosine, sine = math.cos(direction), math.sin(direction)
-    launch[SPEED], launch[DIRECTION] = frame.scale * math.hypot(u, v), direction + frame.angle
-    launch[FOLLOW], launch[SIDE], launch[MASSE] = b * cosine - a * sine, c, a * cosine + b * sine
-    return launch
 
 
 def states_of(model: CalibrationModel, samples: Samples, launches: Floats) -> TableStates:

@@ -152,7 +152,7 @@ class RecordedShot:
         The stroke as it was commanded or measured, if it is known.
     noise : Noise, optional
         Errors with which it was played: the scene then tells the launch of the shot, within these
-        errors. Without it, the stroke tells only where the search of the launch begins.
+        errors. Without it, launches are searched as if the stroke were not known.
     start : float, optional
         Time of the strike, if it is known exactly [s].
 

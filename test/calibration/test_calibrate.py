@@ -20,7 +20,7 @@ FEW = {
     'table.cushion.restitution': 0.85,
     'table.cushion.friction': 0.22,
 }
-FRAME = Frame(0.002, -0.002, 0.001)
+FRAME = Frame(0.004, -0.004, 0.001)
 SAID = []  # by the calibration of the fixture
 pytestmark = pytest.mark.xdist_group('calibrate')  # one fit, by one worker
 

@@ -1,14 +1,11 @@
 """Shots that a robot plays become lines of a recording."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 from billiard_shot import predict, Scene, Stroke
-from billiard_shot.calibration.launch import CalibrationModel, launch_of, states_of
 from billiard_shot.calibration.reader import read_recording
-from billiard_shot.calibration.recording import Frame, samples_of
+from billiard_shot.calibration.recording import samples_of
 from billiard_shot.calibration.shot_log import ShotLog
 from billiard_shot.perception.sightings import Sighting
 
@@ -71,17 +68,6 @@ def test_a_log_goes_on_with_the_file_that_is_there(logged):
     recording = read_recording(path)
     assert [each.name for each in recording.shots] == ['one', 'two', 'three']
     assert recording.shots[0].stroke is not None
-
-
-def test_the_launch_of_a_stroke_is_the_one_that_is_predicted(logged):
-    path, _, shot = logged
-    seen = samples_of(read_recording(path).shots[0])
-    frame = Frame(0.0, 0.0, 0.4, 1.2)
-    turned = replace(seen, rest=frame.to_recording(seen.rest))
-    model = CalibrationModel(SCENE, (frame,))
-    states = states_of(model, turned, launch_of(model, turned, STROKE)[np.newaxis])
-    assert states.velocity[0, 0, :2] == pytest.approx(shot.velocity[:2], abs=1e-9)
-    assert states.spin[0, 0] == pytest.approx(shot.spin, abs=1e-6)
 
 
 def test_the_balls_before_a_strike_are_those_of_the_last_picture_before_it(tmp_path):
