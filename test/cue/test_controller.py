@@ -10,18 +10,11 @@ import pytest
 from billiard_shot.cue.controller import Settings
 from billiard_shot.cue.mechanism import INCLINE, STROKE
 from billiard_shot.cue.plan import GoalOutcome, RefusedError
-from billiard_shot.cue.safety import SafetyState
+from billiard_shot.cue.safety import BEFORE_STROKE, MOVING, SafetyState
 from billiard_shot.cue.simulated import Faults, Imperfections
 
 SHOT = (0.2, 0.1, 0.2, 0.4, 3.0)
-WAY = [
-    SafetyState.AIMING,
-    SafetyState.AIMED,
-    SafetyState.ARMED,
-    SafetyState.FIRING,
-    SafetyState.RETRACTING,
-    SafetyState.DISARMED,
-]
+WAY = [*MOVING, SafetyState.DISARMED]
 
 
 @pytest.fixture
@@ -89,15 +82,6 @@ def in_state(bench, state):
     if state not in (SafetyState.AIMING, SafetyState.AIMED):
         assert bench.arm().accepted
         bench.reach(state)
-
-
-MOVING = [
-    SafetyState.AIMING,
-    SafetyState.AIMED,
-    SafetyState.ARMED,
-    SafetyState.FIRING,
-    SafetyState.RETRACTING,
-]
 
 
 @pytest.mark.parametrize('state', MOVING)
@@ -169,7 +153,7 @@ def test_silence_stops(name, state):
     bench.run(0.07)
     bench.run(1.5)
     assert bench.mechanism.stopped
-    stroke = state in (SafetyState.FIRING, SafetyState.RETRACTING)
+    stroke = state not in BEFORE_STROKE
     wanted = (
         SafetyState.ESTOP
         if name == 'estop'
@@ -199,7 +183,7 @@ def test_a_pause_of_the_controller_ends_the_shot(bench, state):
     in_state(bench, state)
     pause(bench)
     assert not bench.arm().accepted
-    stroke = state in (SafetyState.FIRING, SafetyState.RETRACTING)
+    stroke = state not in BEFORE_STROKE
     assert bench.controller.state is (SafetyState.FAULT if stroke else SafetyState.DISARMED)
     assert 'this process did not run for 1' in bench.controller.reason
     assert bench.results[-1].outcome is (GoalOutcome.FAULT if stroke else GoalOutcome.DISARMED)
@@ -256,7 +240,7 @@ def test_another_driver_is_a_fault(bench, state):
     assert bench.controller.clear(bench.now).accepted
 
 
-@pytest.mark.parametrize('state', [SafetyState.AIMING, SafetyState.AIMED, SafetyState.ARMED])
+@pytest.mark.parametrize('state', BEFORE_STROKE)
 @pytest.mark.parametrize(('jump', 'way'), [(-100.0, 'back'), (3600.0, 'ahead')])
 def test_a_clock_that_jumps_disarms(bench, state, jump, way):
     in_state(bench, state)
@@ -285,7 +269,7 @@ def test_interlock_opened(bench, state):
     in_state(bench, state)
     bench.interlock = False
     bench.controller.receive_interlock(False, bench.now, bench.now)
-    stroke = state in (SafetyState.FIRING, SafetyState.RETRACTING)
+    stroke = state not in BEFORE_STROKE
     assert bench.controller.state is (SafetyState.FAULT if stroke else SafetyState.DISARMED)
     assert bench.results[-1].outcome is (GoalOutcome.FAULT if stroke else GoalOutcome.DISARMED)
     bench.run(1.5)
@@ -304,7 +288,7 @@ def test_a_dead_driver_stops_the_mechanism(bench, state):
     assert bench.mechanism.stopped
 
 
-@pytest.mark.parametrize('state', [SafetyState.AIMING, SafetyState.AIMED, SafetyState.ARMED])
+@pytest.mark.parametrize('state', BEFORE_STROKE)
 def test_disarm(bench, state):
     in_state(bench, state)
     assert bench.controller.disarm(bench.now, 'by hand', GoalOutcome.CANCELED).accepted
@@ -388,7 +372,7 @@ def test_a_goal_expires_while_it_waits(bench):
     assert bench.results[-1].outcome is GoalOutcome.EXPIRED
 
 
-@pytest.mark.parametrize('state', [SafetyState.AIMING, SafetyState.AIMED, SafetyState.ARMED])
+@pytest.mark.parametrize('state', BEFORE_STROKE)
 def test_a_ball_that_moves_disarms(bench, state):
     in_state(bench, state)
     bench.balls = {'cue': (0.0, 0.002)}
@@ -399,7 +383,7 @@ def test_a_ball_that_moves_disarms(bench, state):
 
 
 @pytest.mark.parametrize('is_repeated', [False, True])
-@pytest.mark.parametrize('state', [SafetyState.AIMING, SafetyState.AIMED, SafetyState.ARMED])
+@pytest.mark.parametrize('state', BEFORE_STROKE)
 def test_a_camera_that_ends_is_noticed(state, is_repeated):
     """Also if somebody repeats its last picture in new messages."""
     bench = Bench(settings=Settings(settle_time=4.0))

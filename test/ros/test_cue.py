@@ -25,7 +25,7 @@ from waiting import PATIENCE, PatientCaller, spin_until
 
 from billiard_shot.cue.mechanism import JOINTS
 from billiard_shot.cue.plan import GoalOutcome
-from billiard_shot.cue.safety import SafetyState
+from billiard_shot.cue.safety import MOVING, SafetyState
 from billiard_shot.ros import conversions
 from billiard_shot.ros.client import NotReadyError, RobotClient, TableUnknownError
 from billiard_shot.ros.cue_conversions import is_stop
@@ -36,14 +36,7 @@ from billiard_shot.shot.replay import from_json
 SPACE = '/cell'
 NODES = {**PATIENT, 'cue_sim': SIMULATION}
 """Joint states come at the default rate."""
-WAY = [
-    SafetyState.AIMING,
-    SafetyState.AIMED,
-    SafetyState.ARMED,
-    SafetyState.FIRING,
-    SafetyState.RETRACTING,
-    SafetyState.DISARMED,
-]
+WAY = [*MOVING, SafetyState.DISARMED]
 
 
 def test_the_outcome_is_not_read_from_a_table_state_older_than_the_strike(node):
