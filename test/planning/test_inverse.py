@@ -63,7 +63,7 @@ def test_round_trip(count, scene, found):
 
 
 def test_round_trip_with_double_hits():
-    strokes = random_strokes(12, 4)
+    strokes = random_strokes(6, 4)
     strokes[:, 2] = np.radians(60.0)
     residuals, _ = round_trips(Scene.load('pool'), strokes)
     assert np.median(residuals) < 1e-6
