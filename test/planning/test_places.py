@@ -16,7 +16,7 @@ SIGMAS = (0.0005, 0.0023)
 """Errors of a good camera, of a usual one, and of a poor one [m]."""
 
 POINTS = 0.03
-SCENES, REPLAYS = 20, 100
+SCENES, REPLAYS = 20, 50
 APART = 0.15  # m, of balls
 
 
