@@ -23,7 +23,7 @@ from billiard_shot.ros.turn import GameTable, Turn
 
 SPACE = '/cleared'
 NODES = {
-    'cue_driver': (*PATIENT['cue_driver'], *ON_ROBOT_TABLE),
+    'cue_driver': (*PATIENT['cue_driver'], *ON_ROBOT_TABLE, '-p', 'table_timeout:=5.0'),
     'cue_sim': PATIENT['cue_sim'],
     'table_sim': (
         *('-p', 'real_time_factor:=20.0', *ON_ROBOT_TABLE),
