@@ -43,7 +43,7 @@ from billiard_shot.game.rating import ratings, tally
 from billiard_shot.game.referee import choose, judge
 from billiard_shot.game.state import State
 from billiard_shot.game.valuation import rule_on
-from billiard_shot.planning.statistics import percent
+from billiard_shot.planning.statistics import percent, wilson_interval
 from billiard_shot.scene.player import LEVELS, NOISES
 
 DOCS = Path(__file__).resolve().parent.parent / 'docs'
@@ -263,15 +263,12 @@ def as_page(racks, matches):
         '| runs out | times the noise | racks | share (95 %) | model |',
         '|---|---|---|---|---|',
     ]
-    draw = np.random.default_rng(2)
     for game in SCALES:
         points = points_of(racks, game)
         a, b = logistic(points)
         for scale in np.unique(points[:, 0]):
             chances = points[points[:, 0] == scale, 1]
-            low, high = interval_of(
-                [draw.choice(chances, len(chances)).mean() for _ in range(RESAMPLES)]
-            )
+            low, high = wilson_interval(chances.sum(), len(chances))
             model = 1.0 / (1.0 + np.exp(-a - b * scale))
             lines.append(
                 f'| {IN_WORDS[game]} | {np.exp(scale):g} | {len(chances)} | '
@@ -282,11 +279,12 @@ def as_page(racks, matches):
         '',
         f'Each stroke of a rack is played with {ERRORS} new errors, and the shares that keep the',
         'turn are multiplied (see the script). The model is logistic in the logarithm of the',
-        'noise, one for each measure; intervals are from resampled racks. The levels 600 and 700',
-        'are interpolated: the logarithm of the noise is linear in the rating.',
+        'noise, one for each measure. Intervals of shares are Wilson intervals, which hold for',
+        'any chances; those of levels are from resampled racks. The levels 600 and 700 are',
+        'interpolated: the logarithm of the noise is linear in the rating.',
         '',
-        'The levels hold for this agent. It aims and plans better than people with the same',
-        'errors, so its errors at a level are larger than theirs.',
+        'The levels are errors of this agent, not those that people were measured to have: who',
+        'aims and plans worse needs smaller errors to run out as often.',
     ]
     if matches:
         lines += [
@@ -294,8 +292,7 @@ def as_page(racks, matches):
             '## Ratings',
             '',
             f'From {len(matches)} games of {", ".join({rack.game: "" for rack in matches})}, as',
-            '`rate --match` states them: the mean of the ratings of the levels is that of their',
-            'numbers.',
+            '`rate --match` states them. The mean of the ratings is that of the levels.',
             '',
             '| player | won | rating (95 %) | TPA (95 %) |',
             '|---|---|---|---|',

@@ -301,7 +301,7 @@ class ModelError:
         check(self)
 
 
-LEVELS = {400: 4.0, 500: 2.4, 600: 1.5, 700: 0.95, 800: 0.6}
+LEVELS = {400: 3.6, 500: 2.2, 600: 1.5, 700: 1.05, 800: 0.72}
 """
 Noise of people by their rating (FargoRate), as a multiple of the noise of tournaments.
 

@@ -436,6 +436,15 @@ def test_a_rack_is_drawn_with_a_panel_for_each_stroke(tmp_path):
         draw_rack(record, TABLE, tmp_path / 'nowhere' / 'rack.png')
 
 
+def test_each_player_may_have_noise_of_its_own():
+    """Of one without errors, strokes are played as planned; also when the rack is replayed."""
+    record = play(Pairing('nine_ball', TABLE, ('greedy@none', 'greedy@fargo_400')), 0)
+    for played, shot in replayed(record, TABLE):
+        exact = shot.stroke.offsets == pytest.approx(played.offsets, abs=1e-9)
+        assert exact == (played.state['player'] == 0)
+    assert {shot.state['player'] for shot in record.shots} == {0, 1}
+
+
 def test_unknown_players_are_refused(capsys):
     assert agent_names() == ['greedy', 'player', 'random']
     with pytest.raises(ValueError, match='greedy, player, random'):
@@ -444,6 +453,8 @@ def test_unknown_players_are_refused(capsys):
         find_agent('player:skill=9')
     with pytest.raises(ValueError, match=r"effort must be a number, true or false, got 'much'"):
         find_agent('player:effort=much')
+    with pytest.raises(ValueError, match=r'noise of .* must be one of .*, got .*is fargo_500'):
+        find_agent('player@fargo_555')
     with pytest.raises(ValueError, match=r'plies must be .*, got 3'):
         find_agent('player:plies=3')(TABLE, 1)
     assert main(['tournament', 'practice', '--players', 'best', '--racks', '1']) == 2
