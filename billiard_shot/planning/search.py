@@ -149,7 +149,7 @@ def _iteration(
 NORMAL_BUDGET = 60_000  # simulations to which the numbers below apply
 MIN_EFFORT = 0.3  # share of these numbers for a small budget or a short time
 RACERS, FINAL_STROKES = 6, 4  # strokes that race; strokes that get held-out trials
-RACE_TRIALS = (200, 300)  # of each stroke that still races, in the rounds of a race
+RACE_TRIALS = (200, 600)  # of each stroke that still races, in the rounds of a race
 SURE_SUCCESS = 0.98  # lower bound of the success at which the race ends
 WINNER_TRIALS, OTHER_TRIALS = 1500, 400  # held-out trials of the winner; of each other
 LEAST_TRIALS = 100  # of the winner, even if the time is up

@@ -602,6 +602,22 @@ def test_intervals_hold_where_a_raised_cue_may_hit_twice(seed):
     assert low - sure <= reached.mean() <= high + sure
 
 
+def test_success_of_curves_is_that_in_fresh_errors():
+    """The search maps the strikes of massés; the success that is stated comes from exact ones."""
+    balls = {'cue': (0.0, 0.0), '8': (0.9, 0.0), '1': (0.5, 0.01)}
+    scene = Scene.from_dict({'like': 'pool', 'balls': balls})
+    best = plan(scene, {'hit': '8'}, budget=4000, seed=1).best
+    assert best.stroke.offsets[ELEVATION] > 0.3
+    draw = np.random.default_rng(99)
+    batch = predict_batch(
+        scene, offsets=scene.noise.sample(best.stroke.offsets, 500, draw, scene.ball.radius)
+    )
+    reached = (batch.first_met[:, 0] == 1) & ~(batch.refused | batch.miscue | batch.double_hit)
+    both = 0.5 * (reached.mean() + best.success)
+    error = np.sqrt(max(both * (1.0 - both), 1e-3) * (1.0 / len(reached) + 1.0 / best.trials))
+    assert abs(reached.mean() - best.success) < 3.0 * error
+
+
 def test_a_second_hit_of_the_cue_is_a_foul():
     """The cue ball stops dead beside the 8, which falls, and the cue runs into it again."""
     near = (2.0 * SCENE.ball.radius + 0.005) * np.sqrt(0.5)
