@@ -243,7 +243,7 @@ def _carom_rebounds(scene: Scene) -> Group:
         case = f'{each.speed:.2f} m/s, {each.angle:.0f} deg'
         away, along = shots.kept_speeds(scene, each.speed, each.angle, each.follow)
         if each.follow < 1.0:
-            case += f', follow {each.follow:g}'
+            case += ', slides'
         rows.append(
             Comparison(case, 'away from it', '', each.away, away, each.away_error, digits=3)
         )
