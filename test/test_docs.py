@@ -305,7 +305,7 @@ def test_every_block_is_of_a_known_kind():
     kinds = {language for _, _, language, _ in BLOCKS}
     # yaml: test/scene/test_check.py; js, c: test/embed/test_export.py
     assert kinds <= {'python', 'sh', 'console', 'yaml', 'text', 'diff', 'js', 'c'}
-    assert {tag for _, tag, _, _ in BLOCKS if tag} == {'ros2'}
+    assert {tag for _, tag, _, _ in BLOCKS if tag} == {'ros2', 'pooltool'}
 
 
 REMOTE = r'<(?:script|link|img|iframe|source)\b[^>]* (?:src|href)="(?:\w+:)?/[^"]*"'

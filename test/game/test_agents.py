@@ -474,7 +474,7 @@ def test_a_player_whose_make_takes_no_scene_is_refused(tmp_path, monkeypatch, ca
 def test_touching_balls_get_fewer_trials_because_their_strokes_take_long(monkeypatch):
     trials = []
 
-    def rate(ideas, errors, plies):
+    def rate(ideas, errors, plies, draw):
         trials[-1] += len(ideas) * len(errors)
         return [Rating(idea, 0.5, 0.5) for idea in ideas]
 

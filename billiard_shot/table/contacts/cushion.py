@@ -12,8 +12,8 @@ import math
 from billiard_shot.compiled import inner
 from billiard_shot.table.contacts.cushion_models import (
     collide_lying,
-    HAN,
     interpolate_rebound,
+    MATHAVAN,
     restitution_at,
     STRONGE,
 )
@@ -97,7 +97,8 @@ def collide_cushion(table: TableModel, r: Rebound, ball: BallRecord, feature: in
     """
     x, y, z = normal_at(table, ball, feature)
     lies = ball.position[2] == table.params.radius
-    if lies and table.numbers.cushion_model == HAN:
+    model = table.numbers.cushion_model
+    if lies and model != MATHAVAN and model != STRONGE:
         r.state[ALONG] = collide_lying(table, ball, x, y, z)
         r.time, r.held = table.numbers.cushion_duration, True
         return True
