@@ -240,7 +240,7 @@ class BallTracker:
                 found[name] = Sighting(
                     track.estimate,
                     (xx, xy, yy),
-                    is_seen=not self._is_lost(track, now),
+                    is_seen=not self._is_lost(track, now) and not self._is_covered(track),
                     is_moving=not self._is_resting(track),
                     time=track.time,
                     systematic_error=self._settings.systematic_error,
@@ -365,6 +365,13 @@ class BallTracker:
 
     def _is_lost(self, track: _Track, time: float) -> bool:
         return time - track.time > self._settings.lost_after
+
+    def _is_covered(self, track: _Track) -> bool:
+        """Whether a picture since the last detection of a ball shows another ball at its place."""
+        return any(
+            other.time > track.time and math.dist(other.estimate, track.estimate) < self._gap
+            for other in self._names.values()
+        )
 
     def _is_free(self, place: Place, time: float) -> bool:
         """Whether a ball may be at a place [m]: not over a pocket, nor at a ball seen just now."""

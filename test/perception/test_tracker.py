@@ -137,6 +137,18 @@ def test_a_ball_that_is_hidden_is_not_seen_but_stays_where_it_was():
     assert camera.watch(0.1)['9'].is_seen
 
 
+def test_a_ball_at_whose_place_another_one_lies_is_not_seen():
+    camera = Camera(0.5e-3, 7)
+    camera.watch(1.0)
+    x, y = camera.places.pop('9')
+    assert camera.watch(0.1)['9'].is_seen
+    for place in np.linspace(PLACES['cue'], (x + 1.5 * RADIUS, y), 6):
+        camera.places['cue'] = tuple(place.tolist())
+        balls = camera.watch(PERIOD)
+    assert math.dist(balls['cue'].position, camera.places['cue']) < 2e-3
+    assert not balls['9'].is_seen
+
+
 @pytest.mark.parametrize('speed', [0.05, 0.5, 5.0])
 def test_a_ball_that_moves_is_moving_until_it_rests(speed):
     camera = Camera(0.5e-3, 8)

@@ -254,6 +254,7 @@ def test_rviz_listens_to_what_the_nodes_publish():
     config = yaml.safe_load((ROOT / 'rviz' / 'shot.rviz').read_text())['Visualization Manager']
     assert config['Global Options']['Fixed Frame'] == 'table'
     shown = {each['Topic']['Value']: each for each in config['Displays'] if 'Topic' in each}
+    assert shown.pop('table_camera/outlines')['Class'] == 'rviz_default_plugins/Image'
     for each in shown.values():
         assert each['Topic']['Durability Policy'] == 'Transient Local'
         assert each['Topic']['Reliability Policy'] == 'Reliable'

@@ -26,11 +26,11 @@ NODES = {
     'cue_driver': (*PATIENT['cue_driver'], *ON_ROBOT_TABLE, '-p', 'table_timeout:=5.0'),
     'cue_sim': PATIENT['cue_sim'],
     'table_sim': (
-        *('-p', 'real_time_factor:=20.0', *ON_ROBOT_TABLE),
+        *('-p', 'real_time_factor:=2.0', *ON_ROBOT_TABLE),
         *('-r', 'table_state:=simulated_table'),
     ),
     'table_camera': ON_ROBOT_TABLE,
-    'table_tracker': (*ON_ROBOT_TABLE, '-p', 'lost_after:=5.0'),  # of a busy machine
+    'table_tracker': (*ON_ROBOT_TABLE, '-p', 'lost_after:=1.5'),  # of a busy machine
     'predictor': (),
 }
 BALLS = {'1': (1.17, 0.54), '3': (-1.17, -0.54), '6': (1.17, -0.54)}
