@@ -9,17 +9,15 @@ and its picture from the racks in FOLDER.
 """
 
 import argparse
-from concurrent.futures import as_completed, ProcessPoolExecutor
 from dataclasses import replace
 import json
-from multiprocessing import get_context
-import os
 from pathlib import Path
 from tempfile import mkdtemp
 from typing import NamedTuple
 
 import numpy as np
 from tools.foreign import foreign, player_scene
+from tools.processes import results_of
 from tools.timing import machine, Report
 
 from billiard_shot import predict_batch, Scene
@@ -134,12 +132,9 @@ def play_missing(folder, count):
         for key, series in SERIES.items()
         if number < min(count, series.full) and number not in there[key]
     ]
-    # Fresh processes: a fork of a process with threads can hang.
-    with ProcessPoolExecutor(os.cpu_count() or 1, get_context('spawn')) as executor:
-        work = {executor.submit(play_one, key, number): key for key, number in missing}
-        for done in as_completed(work):
-            with (folder / f'{work[done]}.jsonl').open('a') as file:
-                file.write(json.dumps(done.result().to_dict()) + '\n')
+    for (key, _), rack in results_of(play_one, missing):
+        with (folder / f'{key}.jsonl').open('a') as file:
+            file.write(json.dumps(rack.to_dict()) + '\n')
 
 
 def first_player(racks):

@@ -15,18 +15,16 @@ such a rack says more than one that is won or lost.
 """
 
 import argparse
-from concurrent.futures import as_completed, ProcessPoolExecutor
 from dataclasses import replace
 import json
-from multiprocessing import get_context
-import os
 from pathlib import Path
 from tempfile import mkdtemp
-from time import monotonic, process_time
+from time import process_time
 from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import minimize
+from tools.processes import results_of
 from tools.timing import machine, Report
 
 from billiard_shot import predict, predict_batch, Scene, Stroke
@@ -149,18 +147,9 @@ def play_missing(path, count, seconds):
         for point in points
         if (*point, number) not in there
     ]
-    end = monotonic() + seconds
-    # Fresh processes: a fork of a process with threads can hang.
-    with ProcessPoolExecutor(os.cpu_count() or 1, get_context('spawn')) as executor:
-        work = [executor.submit(chance_of_rack, *each) for each in missing]
-        for done in as_completed(work):
-            if done.cancelled():
-                continue
-            with path.open('a') as file:
-                file.write(json.dumps(done.result()) + '\n')
-            if monotonic() > end:
-                for each in work:
-                    each.cancel()
+    for _, rack in results_of(chance_of_rack, missing, seconds):
+        with path.open('a') as file:
+            file.write(json.dumps(rack) + '\n')
 
 
 def points_of(racks, game):

@@ -195,7 +195,7 @@ def calibrate(
         wanted = [each.name for each in sought] + ([RATIO] if names is None else [])
         says = _steps_of(progress)
         steps = SimulatorFit(read[0], wanted, used, tested, horizons, mapped, says)
-        result = fit_to_simulator(steps, replace(exact, balls=scene.balls), scene.noise)
+        result = fit_to_simulator(steps, exact, scene.noise)
         return replace(result, ignored=tuple(ignored))
     stages = len(horizons) + ROUNDS
     work = _Work(mapped, progress, stages * len(used) + 2 * len(tested))

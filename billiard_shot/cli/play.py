@@ -14,7 +14,7 @@ from typing import ClassVar
 from billiard_shot import Scene
 from billiard_shot.cli.output import DONE
 from billiard_shot.cli.person import Quit
-from billiard_shot.cli.rate import PEOPLE, TEN_RACKS, TEST
+from billiard_shot.cli.rate import PEOPLE, run_outs, TEN_RACKS, TEST
 from billiard_shot.cli.shots import OfNoise
 from billiard_shot.cli.tournament import find_own_modules, OfGame, scene_from
 from billiard_shot.game.rack import (
@@ -172,8 +172,7 @@ def _score(racks: Sequence[RackRecord]) -> str:
     lines = []
     for first in range(0, len(racks), TEN_RACKS):
         ten = racks[first : first + TEN_RACKS]
-        won = sum(rack.winner is not None for rack in ten)
-        balls = sum(rack.state['scores'][0] for rack in ten)
+        won, balls = run_outs(ten)
         lines.append(
             f'racks {first + 1} to {first + len(ten)}: {won} run out, '
             f'{balls} of {len(ten) * len(find_game(TEST).balls)} balls'

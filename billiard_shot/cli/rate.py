@@ -93,6 +93,12 @@ def run(options: argparse.Namespace) -> int:
     return DONE
 
 
+def run_outs(racks: Sequence[RackRecord]) -> tuple[int, int]:
+    """Count the racks against the ghost that were run out, and the balls of all."""
+    wins = sum(rack.winner is not None for rack in racks)
+    return wins, sum(rack.state['scores'][0] for rack in racks)
+
+
 def _row(game: str, racks: Sequence[RackRecord]) -> dict[str, Any]:
     """
     Count the racks that were run out, and the balls.
@@ -100,8 +106,7 @@ def _row(game: str, racks: Sequence[RackRecord]) -> dict[str, Any]:
     The interval of `balls`, the mean of a rack, holds for any distribution: no number from 0 to 1
     has a larger variance than one that is 0 or 1 with the same mean.
     """
-    wins = sum(rack.winner is not None for rack in racks)
-    balls = sum(rack.state['scores'][0] for rack in racks)
+    wins, balls = run_outs(racks)
     most = len(find_game(game).balls)
     low, high = wilson_interval(balls / most, len(racks))
     return {

@@ -565,8 +565,7 @@ class State:
 
         """
         try:
-            data = json.loads(Path(path).read_text(encoding='utf-8'))
-            return read(cls, data if game is None else {**data, 'game': game})
+            return cls.from_dict(json.loads(Path(path).read_text(encoding='utf-8')), game)
         except InputError as error:
             raise InputError(error.mistakes, f'state {path}') from None
         except (OSError, ValueError) as error:

@@ -7,12 +7,10 @@ pytest.importorskip('vision_msgs', reason='needs vision_msgs')
 
 from billiard_shot_msgs.action import PlayTurn
 from cell import Cell, WITH_CAMERA
-from waiting import PATIENCE
+from seen_turn import seen_turn
 
 from billiard_shot import Scene
-from billiard_shot.game.rack import find_agent
 from billiard_shot.game.referee import start
-from billiard_shot.ros.turn import GameTable, Turn
 
 
 @pytest.mark.slow
@@ -21,17 +19,7 @@ def test_a_ball_is_cleared(node, launch_once):
     scene = Scene.load('robot_table')
     cell = Cell(launch_once, '/turn_seen', WITH_CAMERA)
     state = start('practice', scene, seed=1, balls=1)
-    said = []
-    turn = Turn(
-        GameTable(cell.player, scene),
-        find_agent('player')(scene, 1),
-        lambda stage, message, *_: said.append(message),
-        None,
-        True,
-        state,
-    )
-    everything = cell.player.until(lambda: len(cell.player.table.balls) == 2, PATIENCE)
-    assert everything, 'the camera does not see the cue ball and the 8'
+    turn, said = seen_turn(cell.player, scene, state)
     assert turn.play() == (PlayTurn.Result.OVER, 'player 0 wins'), said
     assert '8 off the table' in next(each for each in said if 'put the balls' in each)
     cell.close()

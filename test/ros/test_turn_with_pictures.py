@@ -14,12 +14,10 @@ pytest.importorskip('av', reason='needs PyAV, an extra: film')
 
 from billiard_shot_msgs.action import PlayTurn
 from cell import ON_ROBOT_TABLE, PATIENT
-from waiting import PATIENCE
+from seen_turn import seen_turn
 
 from billiard_shot import Scene
-from billiard_shot.game.rack import find_agent
 from billiard_shot.game.referee import start
-from billiard_shot.ros.turn import GameTable, Turn
 
 SPACE = '/cleared'
 NODES = {
@@ -50,17 +48,7 @@ def rendered_camera(domain):
 def test_three_balls_are_cleared(cell):
     scene = Scene.load('robot_table')
     state = replace(start('practice', scene, seed=1, balls=3), balls=BALLS)
-    said = []
-    turn = Turn(
-        GameTable(cell.player, scene),
-        find_agent('player')(scene, 1),
-        lambda stage, message, *_: said.append(message),
-        None,
-        True,
-        state,
-    )
-    seen = cell.player.until(lambda: len(cell.player.table.balls) == 2, PATIENCE)
-    assert seen, 'the camera does not see the cue ball and the 8'
+    turn, said = seen_turn(cell.player, scene, state)
     ended = turn.play()
     told = '\n'.join([*said, *cell.logged('table_camera')])
     assert ended == (PlayTurn.Result.OVER, 'player 0 wins'), f'{ended}: {told}'

@@ -271,13 +271,13 @@ class Player:
             yield rated
         if not rated:
             return
-        for each in rated[: max(1, round(VARIED * self._share))]:
+        for each in rated[: self._fewer(VARIED)]:
             some = variations(each.turned, self._many(VARIATIONS), self._draw)
             rated = rated + self._rate(some, errors)
             yield _by_value(rated)
         rated, errors = _by_value(rated), self._errors(MORE_SAMPLES)
         again: list[Rating] = []
-        for each in rated[: max(1, round(WINNERS * self._share))]:
+        for each in rated[: self._fewer(WINNERS)]:
             again += self._rate([each.turned], errors)
             yield rated
         again = _by_value(again)
@@ -288,7 +288,10 @@ class Player:
         return rate(ideas, errors, self._plies, self._draw)
 
     def _many(self, count: int) -> int:
-        return max(1, round(count * self._effort * self._share))
+        return self._fewer(count * self._effort)
+
+    def _fewer(self, count: float) -> int:
+        return max(1, round(count * self._share))
 
     def _errors(self, count: int) -> Array:
         """Draw errors of executions (samples, 5)."""
