@@ -245,9 +245,8 @@ def as_page(racks, matches):
         '## The fit',
         '',
         f'Racks of `{PLAYER}` on `{TABLE}`. *First visit*: eight-ball between equals; the player',
-        'who is at the table after the break (the breaker, if the break keeps the turn) runs out',
-        'in this visit. *Ghost*: nine-ball; the cue ball is in hand after the break. Racks that',
-        'the break decides do not count.',
+        'at the table after the break runs out. *Ghost*: nine-ball; the cue ball is in hand after',
+        'the break. Racks that the break decides do not count.',
         '',
         '| runs out | times the noise | racks | share (95 %) | model |',
         '|---|---|---|---|---|',
@@ -266,14 +265,13 @@ def as_page(racks, matches):
             )
     lines += [
         '',
-        f'Each stroke of a rack is played with {ERRORS} new errors, and the shares that keep the',
-        'turn are multiplied (see the script). The model is logistic in the logarithm of the',
-        'noise, one for each measure. Intervals of shares are Wilson intervals, which hold for',
-        'any chances; those of levels are from resampled racks. The levels 600 and 700 are',
+        f'Each stroke is played with {ERRORS} new errors, and the shares that keep the turn are',
+        'multiplied. The model is logistic in the logarithm of the noise. Intervals of shares are',
+        'Wilson intervals, those of levels from resampled racks. The levels 600 and 700 are',
         'interpolated: the logarithm of the noise is linear in the rating.',
         '',
-        'The levels are errors of this agent, not those that people were measured to have: who',
-        'aims and plans worse needs smaller errors to run out as often.',
+        'The levels are errors of this agent, not of people: who aims and plans worse needs',
+        'smaller errors to run out as often.',
     ]
     if matches:
         lines += [
