@@ -12,8 +12,8 @@ The table is linear between its nodes. A node is solved by `follow` when it is f
 numbers of a node do not depend on the rebound that needs them: threads may fill a table together,
 and results do not depend on the order.
 
-Friction at the nose must not lift the ball; a cushion whose friction can has no table.
-docs/accuracy.md lists the errors.
+Friction at the nose may lift the ball. A node whose ball is in the air at the end has no numbers,
+and all rebounds near that node are solved. docs/accuracy.md lists the errors.
 """
 
 from __future__ import annotations
@@ -125,13 +125,16 @@ def room_for_rebounds(
         Of the angle of the nose above the ball's centre.
 
     """
-    cosine = sqrt(1.0 - sine * sine)
-    stays = table.cushion_friction * cosine < sine
-    if storage is not ROWS or table.cushion_model != MATHAVAN or not stays:
+    if storage is not ROWS or table.cushion_model != MATHAVAN:
         return storage.zeros(0)
-    turn = params.mass * params.radius**2 / params.inertia
     return _table(
-        sine, turn, params.sliding_friction, table.cushion_friction, table.cushion_frequency_ratio
+        sine,
+        params.mass * params.radius**2 / params.inertia,
+        params.sliding_friction,
+        params.cloth_restitution,  # of a ball that friction lifts, and that lands
+        params.cloth_friction,
+        table.cushion_friction,
+        table.cushion_frequency_ratio,
     )
 
 
