@@ -42,6 +42,7 @@ from billiard_shot.scene.fields import (
 from billiard_shot.scene.placement import CUE_BALL, head_string, no_place, overlaps
 from billiard_shot.shot.shot import Shot
 from billiard_shot.shot.stroke import Stroke
+from billiard_shot.table.model.motion import FROZEN
 from billiard_shot.table.run.results import (
     EventKind,
     NOSE_NAMES,
@@ -165,10 +166,7 @@ class Decision:
     reason: str = ''
 
 
-# A ball that lay within this distance of a nose was frozen to it [m]: its first contact with that
-# nose counts only if the ball has left the nose by more than this (WPA 8.4, driven to a rail).
-FROZEN = 1e-3
-NOSE_SAMPLES = 33  # times at which the distance from such a nose is looked at
+NOSE_SAMPLES = 33  # times at which the distance from a nose is looked at
 
 
 @dataclass(frozen=True, slots=True)

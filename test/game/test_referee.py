@@ -318,3 +318,33 @@ def test_a_simulated_batch_gets_the_rulings_of_its_shots():
         assert set(one.state.balls) | {'cue'} >= set(np.array(batch.states.names)[there].tolist())
         ruled |= {foul.rule for foul in one.fouls} or {'legal'}
     assert ruled >= {'6.2', '6.3', 'legal'}
+
+
+def test_a_frozen_ball_is_driven_to_its_cushion_in_no_batch_if_the_referee_denies_it():
+    draw = np.random.default_rng(5)
+    up, reach = (
+        TABLE.ball.radius * (2.0 * TABLE.table.cushion.height - 1.0),
+        0.5 * TABLE.table.width,
+    )
+    touching = reach - math.sqrt(TABLE.ball.radius**2 - up**2)
+    no_rail = stricter = 0
+    for _ in range(15):
+        along = [0.25, 0.4, 0.55, 0.7, -0.25, -0.4, -0.55, -0.7]
+        frozen = {str(i + 1): (x, touching) for i, x in enumerate(along)}
+        state = replace(EIGHT, phase='play', in_hand='', groups=('solids', 'stripes'))
+        state = replace(state, balls={'cue': tuple(draw.uniform(-0.5, 0.5, 2)), **frozen})
+        scene, places = replace(TABLE, balls=state.balls), np.array(list(frozen.values()))
+        x, y = (places[draw.integers(8, size=20)] - state.balls['cue']).T
+        offsets = np.zeros((20, 5))
+        offsets[:, 2], offsets[:, 4] = 0.05, draw.uniform(0.3, 1.5, 20)
+        offsets[:, 3] = np.arctan2(y, x) + draw.normal(0.0, 0.02, 20)
+        batch = rule_on(state, [Call()] * 20, predict_batch(scene, offsets=offsets))
+        for i, row in enumerate(offsets.tolist()):
+            one = judge(state, Call(), predict(scene, Stroke.from_offsets(*row)))
+            fouls = {foul.rule for foul in one.fouls}
+            more = {foul.rule for foul in batch.kinds[batch.kind[i]].fouls} - fouls
+            assert fouls <= {foul.rule for foul in batch.kinds[batch.kind[i]].fouls}
+            assert more <= {'6.3'}
+            no_rail, stricter = no_rail + ('6.3' in fouls), stricter + bool(more)
+    assert no_rail > 30
+    assert stricter <= 3  # of 300: a ball that hops lands within a millimetre of its cushion

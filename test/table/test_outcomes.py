@@ -8,7 +8,7 @@ import pytest
 from tables import POOL, R, random_states, state
 
 from billiard_shot import Scene, simulate, simulate_batch, Status
-from billiard_shot.table.model.motion import Motion
+from billiard_shot.table.model.motion import FROZEN, Motion
 from billiard_shot.table.run.results import BallState, EventKind, NOSE_NAMES
 
 CAROM = Scene.load('carom')
@@ -41,8 +41,13 @@ def test_a_batch_says_what_the_events_of_single_runs_say(scene):
                     if ball != cue and ball not in met_times:
                         met_times[ball], before[ball] = event.time, cushions[cue]
             if event.kind == EventKind.CUSHION:
-                last[event.balls[0]] = event.time
-                cushions[event.balls[0]] += event.place in NOSE_NAMES
+                ball, nose = event.balls[0], event.place in NOSE_NAMES
+                rows = run.balls[ball].rows
+                before_it = rows['position'][np.searchsorted(rows['time'], event.time) - 1]
+                moved = abs(event.position - before_it)[0 if event.place in NOSE_NAMES[:2] else 1]
+                if not nose or moved > FROZEN:
+                    last[ball] = event.time
+                cushions[ball] += nose
         alone = not any(event.kind == EventKind.CLUSTER for event in run.events)
         for i, name in enumerate(run.names):
             if i > 0 and (alone or np.isfinite(batch.met_time[0, i])):

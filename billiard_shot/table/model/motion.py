@@ -44,6 +44,10 @@ NOTHING = -1  # index of a ball, pocket or feature that does not exist
 # In place of the nose that a ball presses: it takes part in an impact of several balls.
 IMPACT = -2
 
+# A ball within this distance of a nose is frozen to it [m]: the next contact with that nose counts
+# only if the ball has left the nose by more than this (WPA 8.4, driven to a rail).
+FROZEN = 1e-3
+
 
 @record
 class SegmentRecord:
@@ -82,7 +86,7 @@ class BallRecord(SegmentRecord):
     cushions: int  # impacts with straight cushions so far
     jaws: int  # impacts with rounded jaws before it met another ball
     left_out: float  # m, bound of the error by hops that were left out before that
-    last_edge: float  # s, when it last met a cushion or a jaw, or -inf
+    last_edge: float  # s, when it was last driven to a cushion or a jaw, or -inf
     met_time: float  # s, when ball 0 met it first, or inf
     met_after: int  # straight cushions that ball 0 had met before that
     modified: bool  # by an impact of several bodies: its next segment has to begin

@@ -50,6 +50,7 @@ from billiard_shot.table.model.motion import (
     CUSHION,
     energy_of,
     FLIGHT,
+    FROZEN,
     IMPACT,
     kinetic_energy,
     LEFT_TABLE,
@@ -286,10 +287,18 @@ def separate(
 
 
 @inner
-def meet_edge(table: TableModel, s: Simulation, ball: BallRecord, feature: int) -> None:
-    """Let a ball that touches a nose, facing or arc collide with it, or begin to press it."""
+def meet_edge(
+    table: TableModel, s: Simulation, ball: BallRecord, feature: int, x: float, y: float
+) -> None:
+    """
+    Let a ball that touches a nose, facing or arc collide with it, or begin to press it.
+
+    Its segment began at (x, y): a nose that it touched there is none that it is driven to.
+    """
     n, lies = table.numbers, ball.position[2] == table.params.radius
-    ball.last_edge = ball.time
+    moved = abs(ball.position[0] - x if feature < 2 else ball.position[1] - y)
+    if feature >= FACINGS or moved > FROZEN:
+        ball.last_edge = ball.time
     if feature < FACINGS:
         ball.cushions += 1
     elif feature >= ARCS and ball.first_contact == NOTHING:
@@ -345,6 +354,7 @@ def impact_reach(
 def handle_boundary(table: TableModel, s: Simulation, ball: BallRecord) -> None:
     """Let a ball meet something of the table."""
     params, feature, cause = table.params, ball.boundary_feature, CUSHION
+    x, y = ball.position[0], ball.position[1]
     advance_free(table, ball, ball.boundary_time)
     before, motion = energy_of(params, ball), ball.motion
     if feature == OUTSIDE:
@@ -355,7 +365,7 @@ def handle_boundary(table: TableModel, s: Simulation, ball: BallRecord) -> None:
         ball.pocket = feature
         stop_ball(ball, POCKETED)
     else:
-        meet_edge(table, s, ball, feature)
+        meet_edge(table, s, ball, feature, x=x, y=y)
     after = start_next_segment(table, s, ball, cause)
     log_event(s, ball.time, cause, ball, feature, before, after=after, motion=motion)
 

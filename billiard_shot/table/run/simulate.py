@@ -76,7 +76,8 @@ class TableBatch(Tabular):
     cushions : (tables, balls) int array
         Straight cushions that each ball met.
     last_cushion : (tables, balls) float array
-        When each ball last met a cushion or a jaw [s]; -inf: never.
+        When each ball was last driven to a cushion or a jaw [s]; -inf: never. A nose that a
+        ball touches already is none that it is driven to.
     met_time : (tables, balls) float array
         When ball 0 met each ball first [s]; inf: never.
     met_after : (tables, balls) int array
@@ -125,7 +126,7 @@ class TableBatch(Tabular):
 
     @property
     def to_cushion(self) -> NDArray[np.bool_]:
-        """Whether each ball (tables, balls) met a cushion or jaw after ball 0 met another ball."""
+        """Whether each ball (tables, balls) was driven to a cushion after the first contact."""
         after: NDArray[np.bool_] = self.last_cushion > self.first_contact_time[:, np.newaxis]
         return after
 
