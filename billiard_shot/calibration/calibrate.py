@@ -15,6 +15,7 @@ from billiard_shot.calibration.fit import (
     at_bounds,
     BETTER,
     decided,
+    differing,
     estimates_of,
     fit,
     FitProblem,
@@ -292,9 +293,9 @@ def _fitted(
         change = np.abs(found.values - values) / found.deviations
         better = None
         if again and max(change.max(initial=0.0), found.next_step()[1]) < SETTLED:
-            better = better_elsewhere(found, (seed, stage), work)
+            better, doubts = looked_elsewhere(found, (seed, stage), work)
             if better is None:
-                return found, []
+                return found, doubts
         known = {each.samples.key: each.numbers for each in begun}
         restless = [
             each.samples.name
@@ -308,24 +309,28 @@ def _fitted(
     return found, [shots if restless else 'unsettled: the numbers still move']
 
 
-def better_elsewhere(found: JointFit, seed: Sequence[int], work: '_Work') -> Floats | None:
+def looked_elsewhere(
+    found: JointFit, seed: Sequence[int], work: '_Work'
+) -> tuple[Floats | None, list[str]]:
     """
     Return numbers elsewhere that fit some of the shots better; None if there are none.
 
     Launches may hide that numbers are wrong, and no small step then leads away: launches would
     have to jump. So fits begin anew at two pairs of opposite places. All samples until the horizon
-    judge them, also those that a fit leaves out.
+    judge them, also those that a fit leaves out. Returns also in which numbers a fit differs that
+    is as good.
     """
     problem = found.problem
-    if not len(found.values):
-        return None
+    doubts: list[str] = []
     launches = whole(found.launches[:WITNESSES])
 
     def cost(values: Floats, launches: Sequence[Launch]) -> float:
         there = problem._replace(model=problem.model_at(values), sought=())
         return followed(there, np.zeros(0), whole(launches), FIRST_SCALES).cost
 
-    least = cost(found.values, launches) - BETTER
+    if not len(found.values):
+        return None, []
+    least = cost(found.values, launches)
     reach = np.minimum(0.5 * problem.widths, FAR * found.deviations)
     signs = np.random.default_rng(seed).choice([-1.0, 1.0], len(reach))
     others = signs * np.resize([1.0, -1.0], len(reach))  # half of them are turned round
@@ -336,9 +341,12 @@ def better_elsewhere(found: JointFit, seed: Sequence[int], work: '_Work') -> Flo
             continue  # these numbers cannot be
         there = rescaled(followed(problem, values, moved, FIRST_SCALES))
         there = fit(there, STEPS, work.say_error)
-        if cost(there.values, there.launches) < least:
-            return there.values
-    return None
+        more = cost(there.values, there.launches) - least
+        if more < -BETTER:
+            return there.values, []
+        if more < BETTER and not doubts and (both := differing(found, there)):
+            doubts.append(f'ambiguous: another fit is as good, with {"; ".join(both)}')
+    return None, doubts
 
 
 def unexplained(found: JointFit) -> list[str]:

@@ -103,7 +103,10 @@ LAUNCH_STEPS = 8
 """Most steps of least squares by which launches follow the common numbers."""
 
 BETTER = 2.0
-"""A launch elsewhere is taken if its cost is lower by more: it is e times as likely as another."""
+"""
+A launch elsewhere is taken if its cost is lower by more: it is e times as likely as another. Fits
+whose costs differ by less are as good as each other.
+"""
 
 PROBES, MOST_BENT = 5.0, 1e-3
 """
@@ -655,11 +658,34 @@ def jackknife(matrices: Floats, gradients: Floats, prior: Floats, away: Floats) 
     return variances
 
 
+def reach_of(found: JointFit) -> Floats:
+    """Return half of the intervals of the common numbers (common,), from how the shots differ."""
+    prior = found.problem.precision
+    variances = jackknife(found.curvatures, found.gradients, prior, found.away)
+    reach: Floats = student.ppf(0.5 + 0.5 * LEVEL, len(found.shots) - 1) * np.sqrt(variances)
+    return reach
+
+
+def differing(found: JointFit, other: JointFit) -> list[str]:
+    """
+    Name the numbers whose intervals in two fits do not meet, with both values.
+
+    Shots with exact places hardly differ: intervals reach at least as far as the cost allows.
+    """
+    normal, fits = norm.ppf(0.5 + 0.5 * LEVEL), (found, other)
+    reach = sum(np.maximum(reach_of(f), normal * np.sqrt(np.diag(f.covariance))) for f in fits)
+    far = np.abs(found.values - other.values) > reach
+    numbers = zip(found.problem.sought, found.values.tolist(), other.values.tolist(), strict=True)
+    return [
+        f'{each.name} {each.stated(there):.4g}, not {each.stated(here):.4g}'
+        for is_far, (each, here, there) in zip(far.tolist(), numbers, strict=True)
+        if is_far
+    ]
+
+
 def bounds_of(found: JointFit) -> Floats:
     """Return the bounds (2, common) of the intervals of the common numbers."""
-    problem = found.problem
-    variances = jackknife(found.curvatures, found.gradients, problem.precision, found.away)
-    reach = student.ppf(0.5 + 0.5 * LEVEL, len(found.shots) - 1) * np.sqrt(variances)
+    problem, reach = found.problem, reach_of(found)
     ruler = np.array([RULER.get(each.name, 0.0) for each in problem.sought])
     reach = np.hypot(reach, norm.ppf(0.5 + 0.5 * LEVEL) * ruler)
     low, high = np.reshape([(each.low, each.high) for each in problem.sought], (-1, 2)).T

@@ -3,12 +3,13 @@
 from dataclasses import replace
 import json
 import os
+import re
 
 import numpy as np
 import pytest
 from simulated import simulated_recording
 
-from billiard_shot import Scene
+from billiard_shot import BallState, Scene, simulate
 from billiard_shot.calibration.calibrate import calibrate, no_gain, unexplained
 from billiard_shot.calibration.estimate import Estimate
 from billiard_shot.calibration.fit import (
@@ -21,7 +22,15 @@ from billiard_shot.calibration.fit import (
 )
 from billiard_shot.calibration.launch import calibration_model, FIRST_SCALES, FOLLOW, SIDE, ways_of
 from billiard_shot.calibration.reader import read_recording, write_csv
-from billiard_shot.calibration.recording import FIT_PERIOD, measured_sigma, samples_of, with_sigma
+from billiard_shot.calibration.recording import (
+    FIT_PERIOD,
+    measured_sigma,
+    RecordedShot,
+    Recording,
+    samples_of,
+    Track,
+    with_sigma,
+)
 from billiard_shot.calibration.result import Check
 from billiard_shot.cli import main
 from billiard_shot.cli.output import FAILED, WRONG_INPUT
@@ -179,17 +188,58 @@ def test_a_scene_that_did_not_converge_is_written_only_on_request(tmp_path, caps
     words = ['calibrate', 'table', str(path), '--scene', 'carom', '-o', str(scene), *QUICK]
     assert main([*words, '--json']) == FAILED
     out, err = capsys.readouterr()
-    assert {json.loads(line)['converged'] for line in out.splitlines()} == {False}
+    rows = [json.loads(line) for line in out.splitlines()]
+    assert {row['converged'] for row in rows} == {False}
+    assert all(row['doubts'].startswith('no launch explains the first 0.5 s') for row in rows)
     assert f'{scene} is not written: NOT converged' in err
     assert 'no launch explains the first 0.5 s of shots 0, 1, 2, 3, 4, 5' in err
     assert not scene.exists()
     assert main([*words, '--anyway', '--csv']) == FAILED
     out, err = capsys.readouterr()
     assert out.splitlines()[0].endswith('converged')
-    assert all(line.endswith('False') for line in out.splitlines()[1:])
+    assert all(line.endswith('4, 5",False') for line in out.splitlines()[1:])
     assert '# Fitted to 6 shots' in scene.read_text()
     assert 'NOT converged' in scene.read_text()
     assert err == ''
+
+
+def arrivals_that_nobody_saw(scene, gap, count):
+    """
+    Yield balls that roll 1.5 m and stop before a cushion, seen on their first 0.4 m and at rest.
+
+    If they roll farther, they touch the cushion and come back to the same place.
+    """
+    draw, radius, sigma, speed = np.random.default_rng(1), scene.ball.radius, 2e-3, 0.5
+    times = np.arange(-14, 350) / 50.0
+    times = times[(times < 0.8) | (times > 6.2)]
+
+    def rolled(x, y):
+        ball = BallState((x, y, radius), (speed, 0.0, 0.0), (0.0, speed / radius, 0.0))
+        run = simulate(scene, {'white': ball})
+        return run.at(np.maximum(times, 0.0))['white'].position[:, :2]
+
+    way = np.ptp(rolled(-1.0, 0.0)[:, 0])
+    begin = scene.table.length / 2.0 - radius - gap - way
+    for number in range(count):
+        place = rolled(begin, draw.uniform(-0.4, 0.4))
+        place += draw.normal(0.0, sigma, place.shape)
+        track = Track(times, place, np.full(len(times), sigma))
+        yield RecordedShot(str(number), {'white': track})
+
+
+@pytest.mark.slow
+def test_two_numbers_that_fit_as_well_are_called_ambiguous():
+    name = 'cloth.rolling_resistance'
+    scene = CAROM.with_parameters([name], [0.008])
+    seen = Recording('seen', tuple(arrivals_that_nobody_saw(scene, 0.04, 6)), exact=True)
+    found = calibrate(seen, scene, names=[name], held_out=0.0)
+    (said,) = found.doubts
+    other, mine = re.fullmatch(
+        f'ambiguous: another fit is as good, with {name} (.*), not (.*)', said
+    ).groups()
+    assert sorted([float(other), float(mine)]) == pytest.approx([0.0071, 0.008], rel=0.02)
+    assert float(mine) == pytest.approx(found.estimates[0].value, rel=1e-3)
+    assert not found.converged
 
 
 @pytest.mark.slow

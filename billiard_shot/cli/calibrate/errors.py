@@ -13,7 +13,8 @@ from billiard_shot.cli.options import option, positional
 from billiard_shot.cli.output import DONE, OfFormat, print_rows, wants_text
 from billiard_shot.scene import Scene
 
-COLUMNS = tuple(column for column in ESTIMATES if column.key not in ('shots', 'converged'))
+OF_SHOTS = 'shots', 'doubts', 'converged'
+COLUMNS = tuple(column for column in ESTIMATES if column.key not in OF_SHOTS)
 
 
 @dataclass(frozen=True)

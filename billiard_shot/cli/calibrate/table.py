@@ -30,6 +30,7 @@ ESTIMATES = (
     Column('high'),
     Column('shots'),
     Column('known', '95 % interval'),
+    Column('doubts'),
     Column('converged'),
 )
 MOST_IGNORED = 10
@@ -92,7 +93,7 @@ def run(options: argparse.Namespace) -> int:
             executor=executor,
             progress=lambda at: report(at.done, at.text, at.total),
         )
-    state = {'converged': result.converged}
+    state = {'doubts': '; '.join(result.doubts), 'converged': result.converged}
     print_rows(ESTIMATES, [row_of(each) | state for each in result.estimates], options)
     if wants_text(options):
         print(_summary(result))
