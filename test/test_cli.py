@@ -454,7 +454,7 @@ def test_a_terminal_without_degrees_loses_no_result(monkeypatch):
     full = run(*words, stdout=subprocess.PIPE)
     assert (plain.returncode, plain.stderr) == (DONE, '')
     assert '°' in full.stdout
-    assert plain.stdout == full.stdout.replace('°', 'deg')
+    assert plain.stdout == full.stdout.replace('°', r'\xb0')
 
 
 @pytest.mark.parametrize('form', ['--json', '--csv'])

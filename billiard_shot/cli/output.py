@@ -1,7 +1,6 @@
 """Output of commands: exit codes, text that is not lost, tables, progress, and Ctrl+C."""
 
 import argparse
-import codecs
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Sized
 from contextlib import contextmanager, redirect_stdout
 import csv
@@ -17,7 +16,6 @@ import textwrap
 from time import monotonic
 from types import FrameType
 from typing import Any, cast, ClassVar, TypeVar
-import unicodedata
 
 DONE, FAILED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
 
@@ -27,22 +25,6 @@ EXIT_CODES: Mapping[int, str] = {
     WRONG_INPUT: 'wrong input',
     INTERRUPTED: 'interrupted by Ctrl+C',
 }
-
-ASCII: Mapping[str, str] = {
-    '°': 'deg',
-    'µ': 'u',
-    'μ': 'u',
-    '²': '^2',
-    '±': '+/-',
-    '−': '-',
-    '–': '-',
-    '·': '*',
-    '×': 'x',
-    '’': "'",
-    '≤': '<=',
-    '≥': '>=',
-}
-"""Replacements of characters that the encoding of the terminal does not have."""
 
 
 class _Output:
@@ -56,8 +38,9 @@ class _Output:
 
     def write(self, text: str) -> int:
         """Write text, or discard it."""
+        encoding = self._stream.encoding or 'utf-8'
         try:
-            return self._stream.write(text)
+            return self._stream.write(text.encode(encoding, 'backslashreplace').decode(encoding))
         except BrokenPipeError:
             discard_output()
             return len(text)
@@ -72,29 +55,18 @@ class _Output:
 
 @contextmanager
 def tolerant_output() -> Iterator[None]:
-    """
+    r"""
     Within the block, let no closed pipe and no character end the program.
 
     A command goes on if the reader of its output has ended, because it may have files to write. A
-    character that the encoding does not have is replaced (`ASCII`).
+    character that the encoding does not have is written as its number, such as \xb0.
     """
     if sys.stdout is None:  # the shell has closed the output
         yield
         return
-    before = [
-        (stream, stream.errors)
-        for stream in (sys.stdout, sys.stderr)
-        if isinstance(stream, io.TextIOWrapper)
-    ]
-    for stream, _ in before:
-        stream.reconfigure(errors=_in_ascii.__name__)
-    try:
-        with redirect_stdout(cast(io.TextIOBase, _Output(cast(io.TextIOBase, sys.stdout)))):
-            yield
-            sys.stdout.flush()
-    finally:
-        for stream, errors in before:
-            stream.reconfigure(errors=errors)
+    with redirect_stdout(cast(io.TextIOBase, _Output(cast(io.TextIOBase, sys.stdout)))):
+        yield
+        sys.stdout.flush()
 
 
 def discard_output() -> None:
@@ -102,18 +74,6 @@ def discard_output() -> None:
     if sys.__stdout__ is not None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.__stdout__.fileno())
 
-
-def _in_ascii(error: UnicodeError) -> tuple[str, int]:
-    """Replace characters that an encoding does not have."""
-    if not isinstance(error, UnicodeEncodeError):
-        raise error
-    wrong = error.object[error.start : error.end]
-    plain = (ASCII.get(each) or unicodedata.normalize('NFKD', each) for each in wrong)
-    text = ''.join(plain).encode('ascii', 'ignore').decode() or '?'
-    return text, error.end
-
-
-codecs.register_error(_in_ascii.__name__, _in_ascii)
 
 WIDTH = 80  # characters of a line
 LAST = 24  # characters: smallest width of the last column
