@@ -28,16 +28,19 @@ from billiard_shot.game.rack import (
     first_record,
     play_rack,
     RackRecord,
+    replayed,
     scene_of,
 )
 from billiard_shot.game.valuation import rule_on
-from billiard_shot.pictures.rack import draw_rack
+from billiard_shot.pictures.canvas import new_figure, save
+from billiard_shot.pictures.rack import draw_panel, PANEL_SIZE
 from billiard_shot.planning.statistics import percent, wilson_interval
 
 DOCS = Path(__file__).resolve().parent.parent / 'docs'
 NINE_FOOT, SEVEN_FOOT = 'pool_table', 'seven_foot'
 MEDIAN, MOST = 1.0, 3.0  # s of CPU time of a decision: median, and 95 %
 AGAIN = 200  # new errors with which strokes are played again
+PANELS_PER_ROW = 4  # of the picture of a rack
 FEW = 30  # shots of a bin of stated chances: with fewer its interval is too wide to say anything
 
 
@@ -355,6 +358,22 @@ def as_page(racks):
             new = f'{percent(np.mean([again(*each) for each in shots]))} %'
         lines.append(f'| {percent(stated)} % | {share(came, len(shots))} | {new} |')
     return '\n'.join([*lines, *drawn(racks), ''])
+
+
+def draw_rack(record, scene, path):
+    """Draw the strokes of a rack from above, one panel for each."""
+    shots = list(replayed(record, scene))
+    rows = -(-len(shots) // PANELS_PER_ROW)
+    figure = new_figure(PANEL_SIZE[0] * PANELS_PER_ROW, PANEL_SIZE[1] * rows)
+    panels = figure.subplots(rows, PANELS_PER_ROW, squeeze=False).ravel()
+    for number, (axes, (played, shot)) in enumerate(zip(panels, shots, strict=False), 1):
+        draw_panel(axes, shot)
+        ball = played.call.get('ball')
+        what = f'ball {ball}' if ball else played.reason.partition(':')[0]
+        axes.set_title(f'{number}. {what}', fontsize='small', loc='left')
+    for axes in panels[len(shots) :]:
+        axes.set_axis_off()
+    save(figure, path)
 
 
 def drawn(racks):

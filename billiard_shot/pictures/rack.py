@@ -1,4 +1,4 @@
-"""A rack as pages and as one picture; the table of a game, drawn with characters."""
+"""A rack as pages; the table of a game, drawn with characters."""
 
 from collections.abc import Sequence
 from html import escape
@@ -86,8 +86,6 @@ def _spread(left: str, middle: str, right: str) -> str:
     return left + text[len(left) : COLUMNS + 2 - len(right)] + right
 
 
-RACK_PANELS_PER_ROW = 4  # panels side by side
-
 PANEL_SIZE = 3.4, 2.05  # inches
 LIST = 'index.html'  # name of the page with all shots
 CORE = 'core.js'  # name of the file that all pages include
@@ -137,7 +135,7 @@ def write_rack(record: RackRecord, scene: Scene, folder: Path) -> Path:
             if has_matplotlib():
                 for number, shot in enumerate(shots, 1):
                     figure = new_figure(*PANEL_SIZE)
-                    _draw_panel(figure.subplots(), shot)
+                    draw_panel(figure.subplots(), shot)
                     save(figure, folder / _name(number, 'png'))
         finally:  # also if Ctrl+C ends the work
             _write_list(folder, record, texts)
@@ -176,38 +174,7 @@ def _write_list(folder: Path, record: RackRecord, texts: Sequence[str]) -> None:
     )
 
 
-def draw_rack(record: RackRecord, scene: Scene, path: Path) -> None:
-    """
-    Draw the strokes of a rack from above, one panel for each.
-
-    Parameters
-    ----------
-    record, scene
-        As of `write_rack`.
-    path : Path
-        The picture.
-
-    Raises
-    ------
-    ValueError
-        If matplotlib is missing, or the file cannot be written.
-
-    """
-    shots = list(replayed(record, scene))
-    rows = -(-len(shots) // RACK_PANELS_PER_ROW)
-    figure = new_figure(PANEL_SIZE[0] * RACK_PANELS_PER_ROW, PANEL_SIZE[1] * rows)
-    panels = figure.subplots(rows, RACK_PANELS_PER_ROW, squeeze=False).ravel()
-    for number, (axes, (played, shot)) in enumerate(zip(panels, shots, strict=False), 1):
-        _draw_panel(axes, shot)
-        ball = played.call.get('ball')
-        what = f'ball {ball}' if ball else played.reason.partition(':')[0]
-        axes.set_title(f'{number}. {what}', fontsize='small', loc='left')
-    for axes in panels[len(shots) :]:
-        axes.set_axis_off()
-    save(figure, path)
-
-
-def _draw_panel(axes: Any, shot: Shot) -> None:
+def draw_panel(axes: Any, shot: Shot) -> None:
     """Draw a shot from above, without a legend."""
     x, y = outline_of(shot.scene).frame
     axes.set(xlim=(-x, x), ylim=(-y, y), aspect='equal')

@@ -38,7 +38,6 @@ from billiard_shot.game.valuation import (
     values,
     win_probabilities,
 )
-from billiard_shot.pictures.rack import draw_rack
 from billiard_shot.planning.within_noise import noise_of
 from billiard_shot.scene.player import ModelError
 
@@ -425,15 +424,6 @@ def test_a_tournament_is_resumed(tmp_path, capsys):
     assert at_once['racks'] == 3
     assert main([*words, '--seed', '9', '--racks', '3']) == 2
     assert 'of game, players and seed' in capsys.readouterr().err
-
-
-def test_a_rack_is_drawn_with_a_panel_for_each_stroke(tmp_path):
-    record = play(Pairing('practice', TABLE, ('greedy',), seed=2, balls=2), 0)
-    assert 1 <= len(record.shots) <= 2
-    draw_rack(record, TABLE, tmp_path / 'rack.png')
-    assert (tmp_path / 'rack.png').read_bytes().startswith(b'\x89PNG')
-    with pytest.raises(ValueError, match='picture: '):
-        draw_rack(record, TABLE, tmp_path / 'nowhere' / 'rack.png')
 
 
 def test_each_player_may_have_noise_of_its_own():
