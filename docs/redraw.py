@@ -19,24 +19,19 @@ sys.path += [
 from pages import DOCS, FILE
 
 from billiard_shot.cli import main
-from studies import costs, figures, laws, methods
+from studies import figures, laws, methods
 
 SCREENSHOTS = {'view.jpg', 'foxglove.png'}
 FILMS = {'film-overhead.jpg', 'film-oblique-green.jpg', 'film-aside.jpg'}
 MEASURED = {'games-rack.png', *FILMS}
 STUDIES = (
-    'costs.py accuracy --count 100 --picture tolerance.png',
+    'study accuracy --picture tolerance.png',
     'map pool_table --ball 8 --ball-at 0.5 0.2 --grid 24x12 --picture success-map.png',
-    'costs.py effects nine_ball --picture effects.png',
+    'study effects nine_ball --picture effects.png',
     'laws.py --picture laws.png',
     'methods.py --picture accuracy.png',
 )
-SCRIPTS = {
-    'costs.py': costs.main,
-    'figures.py': figures.main,
-    'laws.py': laws.main,
-    'methods.py': methods.main,
-}
+SCRIPTS = {'figures.py': figures.main, 'laws.py': laws.main, 'methods.py': methods.main}
 
 
 def commands() -> dict[str, list[str]]:

@@ -3,6 +3,7 @@
 import argparse
 from dataclasses import asdict, dataclass
 import math
+from pathlib import Path
 from typing import Any
 
 from billiard_shot import Scene
@@ -23,6 +24,7 @@ from billiard_shot.cli.shots import (
     strokes_from_options,
     strokes_given,
 )
+from billiard_shot.pictures.study import draw_accuracy, draw_effects
 from billiard_shot.scene.fields import whole_number
 from billiard_shot.study import (
     comparison_count,
@@ -62,20 +64,23 @@ TOLERANCE_COLUMNS = (
 @dataclass(frozen=True)
 class OfAccuracyStudy:
     """
-    The number of strokes.
+    The picture, and the number of strokes.
 
     Parameters
     ----------
+    picture : FILE.png
+        Draw errors and times.
     count : N
         Number of random strokes (default: %(default)d).
 
     """
 
+    picture: Path | None = None
     count: int = whole_number(minimum=1, default=100)
 
 
 def run_accuracy(options: argparse.Namespace) -> int:
-    """Compare tolerances, to choose one: measure and print."""
+    """Compare tolerances, to choose one: measure, print, draw."""
     name = scene_name(options)
     scene = Scene.load(name)
     studied = list(
@@ -90,6 +95,8 @@ def run_accuracy(options: argparse.Namespace) -> int:
         'a shot without the other balls, and of a shot with all balls.',
         options,
     )
+    if options.picture:
+        draw_accuracy(studied, options.picture, f'scene {name}')
     return 0
 
 
@@ -99,7 +106,7 @@ accuracy = Command((OfUsualScene('eight_ball'), OfAccuracyStudy(), OfFormat()), 
 @dataclass(frozen=True)
 class OfEffectsStudy:
     """
-    Tolerance and number of strokes.
+    Tolerance, number of strokes, and picture.
 
     Parameters
     ----------
@@ -107,15 +114,18 @@ class OfEffectsStudy:
         Largest error of the trajectory, in metres (default: %(default)g).
     count : N
         Number of sample strokes if no stroke is given (default: %(default)d).
+    picture : FILE.png
+        Draw the results as bars.
 
     """
 
     tolerance: float = option('-t', default=1e-4)
     count: int = whole_number(minimum=1, default=12)
+    picture: Path | None = None
 
 
 def run_effects(options: argparse.Namespace) -> int:
-    """Measure and print."""
+    """Measure, print, draw."""
     name = scene_name(options)
     scene = Scene.load(name)
     if strokes_given(options):
@@ -136,6 +146,8 @@ def run_effects(options: argparse.Namespace) -> int:
     else:
         print_rows(MANY, [_of_many(study) for study in studies], options)
     print_footer(COLUMNS_MEAN if single else f'{COLUMNS_MEAN} {OF_MANY}', options)
+    if options.picture:
+        draw_effects(studies, options.picture, about)
     return 0
 
 

@@ -321,7 +321,9 @@ def test_command_in_an_empty_folder(tmp_path, capsys, monkeypatch):
 @pytest.mark.parametrize(
     'words',
     [
+        ['study', 'accuracy'],
         ['map', 'blocked', '--ball', '8'],
+        ['study', 'effects'],
         ['plan', 'blocked', '--pot', '8'],
         ['predict', '--speed', '2'],
     ],

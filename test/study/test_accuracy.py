@@ -18,11 +18,13 @@ def test_errors_fall_with_the_tolerance_and_stay_within():
     assert fine.largest_error < 1e-3 * coarse.largest_error
 
 
-def test_the_command_prints_a_line_for_each_tolerance(capsys):
+def test_the_command_prints_a_line_for_each_tolerance(capsys, tmp_path):
+    picture = tmp_path / 'tolerance.png'
     words = ['study', 'accuracy', 'pool_table', '--count', '3']
-    assert main([*words, '--json']) == 0
+    assert main([*words, '--json', '--picture', str(picture)]) == 0
     rows = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
     assert [row['tolerance'] for row in rows] == [10.0**-n for n in range(2, 10)]
+    assert picture.read_bytes().startswith(b'\x89PNG')
     assert main(words) == 0
     title, *table = capsys.readouterr().out.splitlines()
     assert title == 'scene pool_table, 3 random strokes'

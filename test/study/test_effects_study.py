@@ -12,7 +12,6 @@ from billiard_shot.cli import main
 from billiard_shot.scene import Effects
 from billiard_shot.shot.effects import GATES
 from billiard_shot.study import comparison_count, sample_strokes, study_effects
-from studies import costs
 
 POOL, PAPER = Scene.load('pool'), Scene.load('paper')
 STROKES = Path(__file__).parents[2] / 'config' / 'strokes' / 'paper.yaml'
@@ -133,15 +132,17 @@ def test_wrong_input(capsys, arguments, text):
     assert text in capsys.readouterr().err
 
 
-@pytest.mark.parametrize('study', ['accuracy', 'effects'])
-def test_picture(study, tmp_path, capsys):
+def test_picture(tmp_path, capsys):
     pytest.importorskip('matplotlib', reason='needs matplotlib, an extra')
-    path = tmp_path / 'costs.png'
-    assert costs.main([study, 'pool', '--count', '2', '--picture', str(path)]) == 0
+    path = tmp_path / 'effects.png'
+    assert (
+        main(['study', 'effects', 'pool', '--a', '0.4', '--speed', '2', '--picture', str(path)])
+        == 0
+    )
     assert path.read_bytes().startswith(b'\x89PNG')
-    wrong = str(tmp_path / 'none' / 'costs.png')
-    assert costs.main([study, 'pool', '--picture', wrong]) == 2
-    assert '--picture must be in a folder that exists' in capsys.readouterr().err
+    wrong = str(tmp_path / 'none' / 'effects.png')
+    assert main(['study', 'effects', 'pool', '--speed', '2', '--picture', wrong]) == 2
+    assert 'picture ' in capsys.readouterr().err
 
 
 def test_friction_is_compared_without_it():

@@ -1,37 +1,13 @@
-"""
-Errors and times over the tolerance; changes and costs of effects: pictures of two commands.
+"""Errors and times over the tolerance; changes and costs of effects."""
 
-    python studies/costs.py accuracy [SCENE] --picture FILE.png
-    python studies/costs.py effects [SCENE] --picture FILE.png
-
-`billiard-shot study` prints the same numbers.
-"""
-
-import argparse
 from collections.abc import Sequence
-from dataclasses import dataclass
 import math
 from pathlib import Path
-import sys
 from typing import Any
 
-sys.path.append(str(Path(__file__).resolve().parents[1]))  # for `python studies/costs.py`
-from billiard_shot.cli.options import option, positional
-from billiard_shot.cli.output import reporting
 from billiard_shot.pictures.canvas import new_figure, save
 from billiard_shot.pictures.colours import BLUE, GREEN, GREY, VERMILION
-from billiard_shot.scene import Scene
-from billiard_shot.scene.fields import whole_number
-from billiard_shot.study import (
-    comparison_count,
-    cost_of_accuracy,
-    EffectStudy,
-    sample_strokes,
-    study_accuracy,
-    study_effects,
-    Tolerance,
-)
-from studies.command import run_study
+from billiard_shot.study import cost_of_accuracy, EffectStudy, Tolerance
 
 TIMES = (
     ('strike', 'strike', BLUE),
@@ -185,52 +161,3 @@ def _millimetres(length: float) -> str:
 
 def _microseconds(time: float) -> str:
     return f'{time / 1e3:.1f} ms' if abs(time) >= 1e3 else f'{time:.0f} µs'
-
-
-@dataclass(frozen=True)
-class OfCosts:
-    """
-    What is measured, and the picture.
-
-    Parameters
-    ----------
-    study : STUDY
-        %(choices)s.
-    scene : SCENE
-        Bundled scene or YAML file (default: %(default)s).
-    picture : FILE.png
-        Where to draw.
-    count : N
-        Number of random strokes (default: %(default)d).
-
-    """
-
-    study: str = positional(choices=['accuracy', 'effects'])
-    scene: str = positional('?', default='eight_ball')
-    picture: Path = option(required=True)
-    count: int = whole_number(minimum=1, default=12)
-
-
-OPTIONS = (OfCosts(),)
-
-
-def run(options: argparse.Namespace) -> int:
-    """Measure and draw."""
-    scene, count, about = Scene.load(options.scene), options.count, f'scene {options.scene}'
-    if options.study == 'accuracy':
-        draw_accuracy(list(study_accuracy(scene, count=count)), options.picture, about)
-        return 0
-    strokes = sample_strokes(scene, count)
-    with reporting('effects', comparison_count(strokes)) as report:
-        studies = study_effects(scene, strokes, report=report)
-    draw_effects(studies, options.picture, f'{about}, {count} sample strokes')
-    return 0
-
-
-def main(words: Sequence[str] | None = None) -> int:
-    """Run the study; return its exit code."""
-    return run_study(__doc__, OPTIONS, run, words)
-
-
-if __name__ == '__main__':
-    sys.exit(main())
