@@ -89,6 +89,11 @@ class Cell:
     def __init__(self, launch, space, nodes=PATIENT):
         self.launch, self.space, self.nodes = launch, space, nodes
         self.processes = {}
+        self._begin()
+
+    def _begin(self):
+        """Start the processes until they hear each other, and listen to them."""
+        space, nodes = self.space, self.nodes
         for left in reversed(range(STARTS)):
             self.player = RobotClient(
                 'player', space, simulate_safety_inputs=True, timeout=PATIENCE / 2
@@ -269,6 +274,16 @@ class Cell:
         return stop
 
     def prepare(self):
+        """Bring the cell in order; start it again if its processes do not hear each other."""
+        try:
+            self._prepare()
+        except NotReadyError as error:  # a starved process may lose the others for good
+            warnings.warn(f'the cell is started again: {error}', stacklevel=2)
+            self.close()
+            self._begin()
+            self._prepare()
+
+    def _prepare(self):
         """Bring the cell in order: disarmed, ball in its place, every input heard."""
         for name, process in self.processes.items():
             if process.poll() is not None:  # a test that kills it may have failed before its end

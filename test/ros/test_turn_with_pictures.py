@@ -12,9 +12,8 @@ pytest.importorskip('vision_msgs', reason='needs vision_msgs')
 pytest.importorskip('cv2', reason='needs OpenCV, an extra: film')
 pytest.importorskip('av', reason='needs PyAV, an extra: film')
 
-from billiard_shot_msgs.action import PlayTurn
 from cell import ON_ROBOT_TABLE, PATIENT
-from seen_turn import seen_turn
+from seen_turn import cleared, seen_turn
 
 from billiard_shot import Scene
 from billiard_shot.game.referee import start
@@ -31,7 +30,8 @@ NODES = {
     'table_tracker': (*ON_ROBOT_TABLE, '-p', 'lost_after:=1.5'),  # of a busy machine
     'predictor': (),
 }
-BALLS = {'1': (1.17, 0.54), '3': (-1.17, -0.54), '6': (1.17, -0.54)}
+BALLS = {'1': (1.245, 0.61), '3': (-1.245, -0.61), '6': (1.245, -0.61)}
+"""In the jaws of corner pockets [m]: the test is of pictures, not of the robot's aim."""
 
 
 @pytest.fixture(scope='module', autouse=True)
@@ -49,6 +49,4 @@ def test_three_balls_are_cleared(cell):
     scene = Scene.load('robot_table')
     state = replace(start('practice', scene, seed=1, balls=3), balls=BALLS)
     turn, said = seen_turn(cell.player, scene, state)
-    ended = turn.play()
-    told = '\n'.join([*said, *cell.logged('table_camera')])
-    assert ended == (PlayTurn.Result.OVER, 'player 0 wins'), f'{ended}: {told}'
+    cleared(turn, said, cell)
