@@ -40,8 +40,8 @@ SIGHT_UP, UP_SPREAD = 0.004, 0.004
 PIXEL = 0.3
 """Deviation of a nose or a sight in a picture, before outliers are left out [px]."""
 
-CORNER = 3.0
-"""Deviation of a corner that somebody clicks, or that straight lines make [px]."""
+CORNER, FOCALS = 3.0, (0.4, 2.5, 32)
+"""Deviation of a corner that lines make [px]; focal lengths that are tried [larger side]."""
 
 SIGNS = np.array([[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]])
 """Of x and y at the corners of the table, counter-clockwise as seen from above."""
@@ -206,27 +206,23 @@ def camera_of_corners(corners: Floats, half: Floats, height: float, size: Sequen
         Width and height of the picture [px].
 
     """
-    across = np.tile(np.eye(2), (4, 1))
-    found = []
+    places, middle = np.insert(SIGNS * half, 2, height, axis=1), 0.5 * (np.array(size) - 1.0)
+    best, least = None, np.inf
     for turn in range(2):
-        seen = np.repeat(np.roll(corners, turn, axis=0), 2, axis=0)
-        edges = Edges(np.repeat(SIGNS, 2, axis=0), seen, across)
-        places = np.insert(SIGNS * half, 2, height, axis=1)
-        for focal in (0.6, 0.9, 1.4):
+        seen = np.ascontiguousarray(np.roll(corners, turn, axis=0), np.float64)
+        for focal in np.geomspace(*FOCALS):
             f = focal * max(size)
-            middle = 0.5 * (np.array(size) - 1.0)
             matrix = np.array([[f, 0.0, middle[0]], [0.0, f, middle[1]], [0.0, 0.0, 1.0]])
-            _, turned, away = cv2.solvePnP(
-                places, np.ascontiguousarray(seen[::2]), matrix, np.zeros(4)
-            )
+            _, turned, away = cv2.solvePnP(places, seen, matrix, np.zeros(4))
             rotation = cv2.Rodrigues(turned)[0]
             place = -rotation.T @ away.ravel()
-            if place[2] > height:
-                first = Camera(f, np.zeros(2), rotation, place, (size[0], size[1]), half)
-                found.append(fit_camera(first, half, height, edges, NO_SIGHTS, CORNER))
-    if not found:
+            camera = Camera(f, np.zeros(2), rotation, place, (size[0], size[1]), half)
+            unusual = math.log(focal / USUAL_FOCAL) / FOCAL_SPREAD
+            off = float(((camera.project(places) - seen) ** 2).sum()) / CORNER**2 + unusual**2
+            if place[2] > height and off < least:
+                best, least = camera, off
+    if best is None:
         raise ValueError('the corners make no rectangle that a camera above it sees')
-    best = min(found, key=lambda each: each[1])[0]
     # the length of the table points to the right
     return best.turned if best.rotation[0, 0] < 0.0 else best
 
@@ -237,8 +233,7 @@ def fit_camera(
     height: float,
     edges: Edges,
     sights: Sights,
-    deviation: float = PIXEL,
-) -> tuple[Camera, float, Floats]:
+) -> tuple[Camera, Floats]:
     """
     Fit a camera to noses and sights.
 
@@ -252,14 +247,10 @@ def fit_camera(
         Of the noses [m].
     edges : Edges
     sights : Sights
-    deviation : float
-        Of an edge or a sight [px].
 
     Returns
     -------
     camera : Camera
-    cost : float
-        Half the sum of squares, with the spreads that cameras and tables have.
     errors : float array
         Of the edges, then of u and v of the sights, in turn [px].
 
@@ -286,11 +277,11 @@ def fit_camera(
     known = [0, 1, 2, 9, 10, 11, 12]
 
     def residuals(x: Floats) -> Floats:
-        return np.concatenate([errors(x) / deviation, (x[known] - usual) / spreads])
+        return np.concatenate([errors(x) / PIXEL, (x[known] - usual) / spreads])
 
     start = np.concatenate([
         [math.log(begin.focal)], begin.radial, cv2.Rodrigues(begin.rotation)[0].ravel(),
         -begin.rotation @ begin.place, begin.half / half - 1.0, [0.0, 0.0],
     ])  # fmt: skip
-    found = least_squares(residuals, start, loss='soft_l1', f_scale=2.0, x_scale='jac')
-    return camera_at(found.x), float(found.cost), errors(found.x)
+    found = least_squares(residuals, start, loss='soft_l1', f_scale=2.0, x_scale='jac', ftol=1e-6)
+    return camera_at(found.x), errors(found.x)

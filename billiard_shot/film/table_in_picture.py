@@ -133,7 +133,7 @@ def find_table(picture: Bytes, scene: Scene, corners: Floats | None = None) -> F
         edges = _noses(smooth, camera, half, outline.height, holes, reach)
         if number > 0:
             sights = _sights(smooth, camera, half, outline.height, len(holes) > 0)
-        camera, _, errors = fit_camera(camera, half, outline.height, edges, sights)
+        camera, errors = fit_camera(camera, half, outline.height, edges, sights)
     off = np.abs(errors)
     if not len(off) or np.median(off) > WORST_FIT:
         raise NoTableError('the edges in the picture do not fit a table of this size')
@@ -146,7 +146,7 @@ def find_table(picture: Bytes, scene: Scene, corners: Floats | None = None) -> F
     if len(sights.at) < LEAST_SIGHTS:
         sights = NO_SIGHTS
         notes.append('too few sights to be used')
-    camera, _, errors = fit_camera(camera, half, outline.height, edges, sights)
+    camera, errors = fit_camera(camera, half, outline.height, edges, sights)
     return FoundTable(camera, sights, float(np.sqrt((errors**2).mean())), tuple(notes))
 
 

@@ -7,8 +7,9 @@ cast for each picture, over the exposure, each row at its own time. Light is lin
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
+from functools import lru_cache
 import math
 
 import av
@@ -20,7 +21,7 @@ from billiard_shot.pictures.colours import ball_colour, is_striped
 from billiard_shot.table.model.motion import Motion as MotionCode
 from billiard_shot.table.run.outline import outline_of
 
-LAMPS = np.array([[-0.6, 0.1, 1.1], [0.7, -0.1, 1.2]])  # m, above the table
+LAMPS = (-0.6, 0.1, 1.1), (0.7, -0.1, 1.2)  # m, above the table
 CLOTHS = {'blue': (0.02, 0.10, 0.33), 'green': (0.02, 0.20, 0.09), 'pool': (0.004, 0.23, 0.49)}
 WOOD, FLOOR, SIGHT = (0.10, 0.05, 0.03), (0.12, 0.11, 0.10), (0.8, 0.8, 0.75)
 GONE = MotionCode.POCKETED, MotionCode.OFF_TABLE
@@ -48,6 +49,7 @@ class View:
         right /= np.linalg.norm(right)
         return np.stack([right, np.cross(ahead, right), ahead])
 
+    @lru_cache(4)  # noqa: B019
     def rays(self):
         """Directions (height, width, 3) of pixels, and their slopes along v and u."""
         points = np.stack(np.meshgrid(*map(np.arange, self.size)), -1).astype(np.float64)
@@ -86,6 +88,7 @@ class Filming:
     noise: float = 1.5  # of 255
     shake: float = 0.0  # px, of a hand
     hand: bool = True
+    lamps: tuple = LAMPS
     colours: Mapping = field(default_factory=dict)  # of balls, instead of theirs
 
 
@@ -149,22 +152,27 @@ class Motion:
         return np.stack([np.interp(times, self.times, way[:, k]) for k in range(3)], -1)
 
 
-def light(points):
-    """Light on places (..., 3) of the table: two lamps, and some from all around."""
-    away = LAMPS - points[..., np.newaxis, :]
+def light(points, lamps):
+    """Light on places (..., 3) of the table: lamps, and some from all around."""
+    away = lamps - points[..., np.newaxis, :]
     far = length(away)
     return 0.35 + 0.55 * (away[..., 2] / far**3).sum(-1)
 
 
-def background(scene, filming, rays):
+def background(scene, filming):
     """Cast the table without balls: linear (height, width, 3)."""
-    view, outline = filming.view, outline_of(scene)
+    return _background(replace(scene, balls={}), filming.view, filming.cloth, filming.lamps)
+
+
+@lru_cache(8)
+def _background(scene, view, cloth, lamps):
+    outline, rays = outline_of(scene), view.rays()
     (width, height), up = view.size, outline.height
     fine = 2 * FINE
     grid = (np.arange(fine) + 0.5) / fine - 0.5
     total = np.zeros((height, width, 3), np.float32)
     half = 0.5 * np.array([scene.table.length, scene.table.width])
-    cloth = np.array(CLOTHS[filming.cloth])
+    cloth = np.array(CLOTHS[cloth])
     fractions = np.arange(-3, 4) / 4, np.arange(-1, 2) / 2
     sights = [(f * half[0], s * (half[1] + SIGHT_AWAY)) for f in fractions[0] for s in (-1, 1)]
     sights += [(s * (half[0] + SIGHT_AWAY), f * half[1]) for f in fractions[1] for s in (-1, 1)]
@@ -179,9 +187,11 @@ def background(scene, filming, rays):
             )
             beyond = (np.abs(top[..., :2]) - half).max(-1)
             under = (np.abs(bed[..., :2]) - half).max(-1)
-            shaded = light(bed) * np.clip(0.72 - under / 0.05, 0.72, 1.0)  # the nose's shadow
+            shaded = light(bed, lamps) * np.clip(
+                0.72 - under / 0.05, 0.72, 1.0
+            )  # the nose's shadow
             shaded = np.where(under > 0, 0.45, shaded)  # its face
-            brightness = np.where(beyond > 0, 1.25 * light(top), shaded)[..., np.newaxis]
+            brightness = np.where(beyond > 0, 1.25 * light(top, lamps), shaded)[..., np.newaxis]
             colour = brightness * cloth
             wooden = (np.abs(rail[..., :2]) > outline.back).any(-1)
             colour[wooden] = WOOD
@@ -200,7 +210,7 @@ class Painter:
 
     def __init__(self, scene, motion, filming, seed=5):
         self.motion, self.filming, self._rays = motion, filming, filming.view.rays()
-        self.behind = background(scene, filming, self._rays)
+        self.behind = background(scene, filming)
         self._kept = {}
         draw = np.random.default_rng(seed)
         size = self.behind.shape
@@ -272,7 +282,7 @@ class Painter:
             places = {n: motion.at(n, row_times + part * filming.exposure) for n in near}
             colour = behind.copy()
             for place in places.values():  # (rows, 1, 3)
-                for lamp in LAMPS:
+                for lamp in np.array(filming.lamps):
                     foot = place[..., :2] + (place[..., :2] - lamp[:2]) * motion.radius / lamp[2]
                     far = length(bed[..., :2] - foot) / motion.radius
                     colour *= (1 - DARK * np.clip(1.8 - 1.3 * far, 0, 1))[..., np.newaxis]
@@ -303,7 +313,7 @@ class Painter:
             white = np.abs(normal @ (axis / np.linalg.norm(axis))) > 0.5
             paint[white] = _linear('#fbfaf3')
         shade, shine = np.full(len(far), 0.25), np.zeros(len(far))
-        for lamp in LAMPS:
+        for lamp in np.array(self.filming.lamps):
             away = unit(lamp - place)
             shade += 0.5 * np.clip(dot(normal, away), 0, 1)
             shine += 0.7 * np.clip(dot(normal, unit(away - ray)), 0, 1) ** 90

@@ -79,7 +79,7 @@ def test_a_fit_finds_the_camera(tilt):
     truth = camera(y=-2.6 * np.tan(tilt), tilt=tilt)
     edges, sights = seen_by(truth)
     begin = replace(truth, focal=900.0, radial=np.zeros(2), place=truth.place + 0.05)
-    found, _, errors = fit_camera(begin, HALF, HEIGHT, edges, sights)
+    found, errors = fit_camera(begin, HALF, HEIGHT, edges, sights)
     assert np.abs(errors).max() < 0.02
     grid = np.stack(np.meshgrid(np.linspace(-1.3, 1.3, 5), np.linspace(-0.6, 0.6, 5)), -1)
     lifted = np.concatenate([grid, np.full((5, 5, 1), 0.03)], -1)
@@ -91,7 +91,7 @@ def test_wrong_dots_do_not_count():
     edges, sights = seen_by(truth)
     moved = sights.pixel.copy()
     moved[0] += (9.0, -7.0)
-    found, _, errors = fit_camera(truth, HALF, HEIGHT, edges, Sights(sights.at, moved))
+    found, errors = fit_camera(truth, HALF, HEIGHT, edges, Sights(sights.at, moved))
     assert np.median(np.abs(errors)) < 0.05
     assert np.abs(errors[len(edges.at) :][:2]).min() > 5.0
     corner = np.array([[1.3, 0.6, 0.03]])
