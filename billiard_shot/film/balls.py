@@ -7,7 +7,7 @@ the cloth falls. Rays towards another ball do not count, so that balls that touc
 disturb each other. What has no such outline, as a hand, a cue or a shadow, is no ball.
 """
 
-from dataclasses import dataclass
+from typing import TypeAlias
 
 import cv2
 import numpy as np
@@ -64,31 +64,20 @@ CORE = 0.6
 """Within this part of the radius lies the colour of a ball."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Seen:
-    """
-    Balls of a picture, in no order.
+SIGHT = np.dtype([
+    ('time', float),  # s
+    ('place', float, 2),  # m
+    ('sigma', float),  # standard deviation of x and y, the larger one, m
+    ('pixel', float, 2),  # of the centre
+    ('colour', float, 3),  # as seen in the mean light of the cloth, of 255
+    ('white', float),  # share of the core
+])  # fmt: skip
+"""A ball in a picture."""
 
-    Parameters
-    ----------
-    place : (n, 2) float array
-        [m]
-    sigma : (n,) float array
-        Standard deviation of x and y, the larger one [m].
-    pixel : (n, 2) float array
-        Where the picture has their centres [px].
-    colour : (n, 3) float array
-        Of the core that is not white, with the light of the cloth taken out [of 255].
-    white : (n,) float array
-        Share of the core that has no colour.
+Sights: TypeAlias = NDArray[np.void]
+"""Balls of a picture in no order, or a ball in successive pictures."""
 
-    """
-
-    place: Floats
-    sigma: Floats
-    pixel: Floats
-    colour: Floats
-    white: Floats
+NOWHERE = np.empty((0, 2))
 
 
 class BallFinder:
@@ -125,9 +114,9 @@ class BallFinder:
     def _lifted(self, places: Floats) -> Floats:
         return np.column_stack([places, np.full(len(places), self.radius)])
 
-    def find(self, picture: Bytes, expected: Floats | None = None) -> Seen:
+    def find(self, picture: Bytes, expected: Floats = NOWHERE) -> Sights:
         """
-        Find the balls of a picture.
+        Find the balls of a picture, without times.
 
         Parameters
         ----------
@@ -138,11 +127,9 @@ class BallFinder:
 
         """
         gain = self.cloth.gain(picture)
-        proposed = self._propose(picture, gain)
-        if expected is not None:
-            proposed = np.concatenate([expected, proposed])
-        places = proposed[self._distinct(proposed, 0.7)]
-        sigma = np.empty(0)
+        places = np.concatenate([expected, self._propose(picture, gain)])
+        places = places[self._distinct(places, 0.7)]
+        sigma = np.empty(len(places))
         for k in range(ROUNDS):
             if not len(places):
                 break
@@ -157,11 +144,12 @@ class BallFinder:
                 places, sigma = places[kept], sigma[kept]
                 if (moves[good][kept] < SETTLED * self.radius).all():
                     break
-        if not len(places):
-            return Seen(places, sigma, places, np.empty((0, 3)), np.empty(0))
-        centres = self.camera.project(self._lifted(places))
-        colour, white = self._colours(picture, gain, centres, places)
-        return Seen(places, sigma, centres, colour, white)
+        seen = np.zeros(len(places), SIGHT)
+        if len(places):
+            seen['place'], seen['sigma'] = places, sigma
+            seen['pixel'] = self.camera.project(self._lifted(places))
+            seen['colour'], seen['white'] = self._colours(picture, gain, seen['pixel'], places)
+        return seen
 
     def _propose(self, picture: Bytes, gain: float) -> Floats:
         """Return the places of spots that are as wide as balls."""

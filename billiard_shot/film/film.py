@@ -13,13 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.calibration.recording import RecordedShot, Recording, Track
-from billiard_shot.film.balls import BallFinder
+from billiard_shot.film.balls import BallFinder, Sights
 from billiard_shot.film.cloth import fit_cloth
-from billiard_shot.film.kinds import named
+from billiard_shot.film.kinds import described, named
 from billiard_shot.film.lens import Bytes, Floats
 from billiard_shot.film.reading import Film, FilmError, LARGEST_MOVE, Steady, STILL
 from billiard_shot.film.table_in_picture import find_table, FoundTable
-from billiard_shot.film.tracks import LEAST_SEEN, Path, rows_of, Tracker
+from billiard_shot.film.tracks import LEAST_SEEN, Tracker
 from billiard_shot.scene import Scene
 from billiard_shot.table.run.outline import outline_of
 
@@ -77,24 +77,21 @@ class FilmResult:
     recording : Recording
         In the frame of the table; times count from the strikes.
     table : FoundTable
-    balls : mapping of str to Path
+    balls : mapping of str to Sights
         Whole tracks, with the times of the film.
     shots : tuple of Shot
     pictures : list of (float, picture)
         Times [s], and pictures (height, width, 3), RGB.
-    given_up : list of (Path, str)
-        Tracks that are no balls, and why.
     notes : list of str
-        On balls, tracks and shots that were found or given up.
+        On balls, tracks and shots that were found or given up, and why.
 
     """
 
     recording: Recording
     table: FoundTable
-    balls: Mapping[str, Path]
+    balls: Mapping[str, Sights]
     shots: tuple[Shot, ...]
     pictures: list[tuple[float, Bytes]]
-    given_up: list[tuple[Path, str]]
     notes: list[str]
 
 
@@ -154,19 +151,20 @@ def read_film(
             lost += 1
             continue
         seen = finder.find(picture, tracker.expected(time))
-        tracker.add(seen, time, time + film.row_time(seen.pixel, turns, table.camera.size))
+        seen['time'] = time + film.row_time(seen['pixel'], turns, table.camera.size)
+        tracker.add(seen, time)
         times.append(time)
         progress(number + 1)
     if lost:
         notes.append(f'{lost} pictures are left out: the camera moved out of sight of its marks')
-    seen_often = [path for path in tracker.paths if len(path.time) >= LEAST_SEEN]
-    shaking = [path for path in seen_often if _scatter(path) > MOST_SCATTER]
-    balls, given_up = named([p for p in seen_often if p not in shaking], list(scene.balls))
-    given_up += [(path, 'its place shakes as that of no ball') for path in shaking]
+    often = [path for path in tracker.paths if len(path.seen) >= LEAST_SEEN]
+    shaking = [path for path in often if _scatter(path.sights) > MOST_SCATTER]
+    balls, given_up = named([path for path in often if path not in shaking], [*scene.balls])
+    given_up += [described(path, 'its place shakes') for path in shaking]
     notes += [f'ball {name!r} was not found' for name in scene.balls if name not in balls]
-    notes += _doubts(tracker, balls)
+    notes += given_up + exchanged(tracker)
     for name, ball in balls.items():
-        first, last = ball.time[0], ball.time[-1]
+        first, last = ball['time'][[0, -1]]
         if first > times[0] + UNSEEN:
             notes.append(f'{name!r} is not seen before {first:.2f} s: in a rack, or hidden')
         if last < times[-1] - UNSEEN:
@@ -177,39 +175,38 @@ def read_film(
         _recorded(str(k + 1), shot, balls, seen_at, about) for k, shot in enumerate(shots)
     )
     recording = Recording(str(path), recorded, ignored=tuple(about))
-    return FilmResult(recording, table, balls, tuple(shots), samples, given_up, notes + about)
+    return FilmResult(recording, table, balls, tuple(shots), samples, notes + about)
 
 
 def _median(pictures: list[Bytes]) -> Bytes:
     return np.median(pictures, axis=0).astype(np.uint8)
 
 
-def _scatter(path: Path) -> float:
+def _scatter(sights: Sights) -> float:
     """Return how far places are from the middle of their neighbours [m], as a median."""
-    bends = np.diff(np.array(path.place), n=2, axis=0)
+    bends = np.diff(sights['place'], n=2, axis=0)
     return 0.5 * float(np.median(np.linalg.norm(bends, axis=1)))
 
 
-def _doubts(tracker: Tracker, balls: Mapping[str, Path]) -> list[str]:
+def exchanged(tracker: Tracker) -> list[str]:
     """Say which balls may have been exchanged, and when that was first."""
-    found: dict[tuple[str, str], float] = {}
+    found: dict[tuple[str, ...], float] = {}
     for at, *paths in tracker.unsure:
-        names = [n for n, ball in balls.items() if any(p.time[0] in ball.time for p in paths)]
-        if len(names) == 2:
-            found.setdefault((names[0], names[1]), at)
+        if len(names := sorted({path.name for path in paths} - {''})) == 2:
+            found.setdefault(tuple(names), at)
     return [
         f'{one!r} and {other!r} may have been exchanged at {at:.2f} s'
         for (one, other), at in found.items()
     ]
 
 
-def find_shots(balls: Mapping[str, Path], times: Floats) -> tuple[list[Shot], list[str]]:
+def find_shots(balls: Mapping[str, Sights], times: Floats) -> tuple[list[Shot], list[str]]:
     """
     Cut tracks into shots by rests.
 
     Parameters
     ----------
-    balls : mapping of str to Path
+    balls : mapping of str to Sights
     times : (n,) float array
         Of the pictures [s].
 
@@ -220,9 +217,8 @@ def find_shots(balls: Mapping[str, Path], times: Floats) -> tuple[list[Shot], li
         Which motions are no shots, and why.
 
     """
-    rows = {name: rows_of(path) for name, path in balls.items()}
     moving, notes, shots = np.zeros(len(times), bool), [], []
-    for each in rows.values():
+    for each in balls.values():
         moving |= _moving(each, times)
     edges = np.flatnonzero(np.diff(np.concatenate([[False], moving, [False]]).astype(int)))
     spans: list[list[float]] = []
@@ -230,20 +226,20 @@ def find_shots(balls: Mapping[str, Path], times: Floats) -> tuple[list[Shot], li
         begin, end = float(times[first]), float(times[last - 1])
         last_end = spans[-1][1] if spans else -np.inf
         if begin - last_end < REST or any(
-            _moves_hidden(each, last_end, begin) for each in rows.values()
+            _moves_hidden(each, last_end, begin) for each in balls.values()
         ):
             spans[-1][1] = end
         else:
             spans.append([begin, end])
     for k, (begin, end) in enumerate(spans):
-        ways = {name: _way(each, begin, end) for name, each in rows.items()}
+        ways = {name: _way(each, begin, end) for name, each in balls.items()}
         if max(ways.values(), default=0.0) < LEAST_WAY:
             notes.append(f'{begin:.2f} to {end:.2f} s: no ball moves {1e3 * LEAST_WAY:.0f} mm')
             continue
         if begin < times[0] + REST:
             notes.append(f'until {end:.2f} s: left out, because it begins before the film')
             continue
-        starts = {n: _strike(rows[n], begin) for n, way in ways.items() if way > 0.2 * LEAST_WAY}
+        starts = {n: _strike(balls[n], begin) for n, way in ways.items() if way > 0.2 * LEAST_WAY}
         struck = min(starts, key=lambda name: starts[name])
         strike = starts[struck]
         if end > times[-1] - 0.5 * WINDOW:
@@ -254,54 +250,55 @@ def find_shots(balls: Mapping[str, Path], times: Floats) -> tuple[list[Shot], li
     return shots, notes
 
 
-def _moving(rows: Floats, times: Floats) -> NDArray[np.bool_]:
+def _moving(sights: Sights, times: Floats) -> NDArray[np.bool_]:
     """Return at which times a ball moves."""
-    before = np.clip(np.searchsorted(rows[:, 0], times - 0.5 * WINDOW), 0, len(rows) - 1)
-    after = np.clip(np.searchsorted(rows[:, 0], times + 0.5 * WINDOW), 0, len(rows) - 1)
-    away = np.linalg.norm(rows[after, 1:3] - rows[before, 1:3], axis=1)
-    limit = np.maximum(MOVED, DEVIATIONS * np.hypot(rows[before, 3], rows[after, 3]))
-    seen = np.abs(rows[after, 0] - times) + np.abs(times - rows[before, 0]) < 3.0 * WINDOW
+    known, sigma = sights['time'], sights['sigma']
+    before = np.clip(np.searchsorted(known, times - 0.5 * WINDOW), 0, len(known) - 1)
+    after = np.clip(np.searchsorted(known, times + 0.5 * WINDOW), 0, len(known) - 1)
+    away = np.linalg.norm(sights['place'][after] - sights['place'][before], axis=1)
+    limit = np.maximum(MOVED, DEVIATIONS * np.hypot(sigma[before], sigma[after]))
+    seen = np.abs(known[after] - times) + np.abs(times - known[before]) < 3.0 * WINDOW
     moves: NDArray[np.bool_] = (away > limit) & seen
     return moves
 
 
-def _moves_hidden(rows: Floats, end: float, begin: float) -> bool:
+def _moves_hidden(rows: Sights, end: float, begin: float) -> bool:
     """Return whether a ball is hidden between two motions, and elsewhere after it."""
-    k = int(np.searchsorted(rows[:, 0], 0.5 * (end + begin)))  # 0 if end is -inf
+    k = int(np.searchsorted(rows['time'], 0.5 * (end + begin)))  # 0 if end is -inf
     if not 0 < k < len(rows):
         return False
     before, after = rows[k - 1], rows[k]
-    away = float(np.linalg.norm(after[1:3] - before[1:3]))
-    return bool(away > MOVED and REST < after[0] - before[0] < HIDDEN)
+    away = float(np.linalg.norm(after['place'] - before['place']))
+    return bool(away > MOVED and REST < after['time'] - before['time'] < HIDDEN)
 
 
-def _way(rows: Floats, begin: float, end: float) -> float:
+def _way(rows: Sights, begin: float, end: float) -> float:
     """Return how far a ball comes from where it was [m]."""
-    within = rows[(rows[:, 0] > begin - WINDOW) & (rows[:, 0] < end + WINDOW), 1:3]
+    within = rows[(rows['time'] > begin - WINDOW) & (rows['time'] < end + WINDOW)]['place']
     return float(np.linalg.norm(within - within[:1], axis=1).max(initial=0.0))
 
 
-def _strike(rows: Floats, begin: float) -> float:
+def _strike(rows: Sights, begin: float) -> float:
     """Return when a ball began to move [s], from its rest and from its first way."""
-    rest = rows[(rows[:, 0] > begin - 2.0 * WINDOW) & (rows[:, 0] < begin - 0.1 * WINDOW)]
-    rest = rest if len(rest) > 2 else rows[rows[:, 0] <= begin][-3:]
+    rest = rows[(rows['time'] > begin - 2.0 * WINDOW) & (rows['time'] < begin - 0.1 * WINDOW)]
+    rest = rest if len(rest) > 2 else rows[rows['time'] <= begin][-3:]
     if not len(rest):
-        return float(rows[0, 0])
-    place = np.median(rest[:, 1:3], axis=0)
-    away = np.linalg.norm(rows[:, 1:3] - place, axis=1)
-    limit = np.maximum(MOVED, DEVIATIONS * rows[:, 3])
-    later = np.flatnonzero((rows[:, 0] > begin - 0.5 * WINDOW) & (away > limit))
+        return float(rows['time'][0])
+    place = np.median(rest['place'], axis=0)
+    away = np.linalg.norm(rows['place'] - place, axis=1)
+    limit = np.maximum(MOVED, DEVIATIONS * rows['sigma'])
+    later = np.flatnonzero((rows['time'] > begin - 0.5 * WINDOW) & (away > limit))
     if not len(later):
         return np.inf
     first = later[0]
-    launch = first + np.flatnonzero(rows[first:, 0] < rows[first, 0] + LAUNCH)
-    best = float(rows[first, 0])
+    launch = first + np.flatnonzero(rows['time'][first:] < rows['time'][first] + LAUNCH)
+    best = float(rows['time'][first])
     for count in range(len(launch), 1, -1):
         some = launch[:count]
-        time = rows[some, 0] - rows[first, 0]
+        time = rows['time'][some] - rows['time'][first]
         fit = np.polyfit(time, away[some], 2 if count > 4 else 1)
         off = np.abs(np.polyval(fit, time) - away[some]).max()
-        if off < 3.0 * float(np.median(rows[some, 3])) or count == 2:
+        if off < 3.0 * float(np.median(rows['sigma'][some])) or count == 2:
             roots = np.roots(fit)
             near = roots[np.abs(roots.imag) < 1e-9].real
             near = near[(near < 1e-3) & (near > -2.0 * WINDOW)]
@@ -311,19 +308,16 @@ def _strike(rows: Floats, begin: float) -> float:
 
 
 def _recorded(
-    name: str, shot: Shot, balls: Mapping[str, Path], times: Floats, notes: list[str]
+    name: str, shot: Shot, balls: Mapping[str, Sights], times: Floats, notes: list[str]
 ) -> RecordedShot:
     """Return the tracks of a shot, and note which balls have gaps."""
     tracks = {}
     pictures = np.count_nonzero((times >= shot.begin) & (times <= shot.end))
-    for ball, path in balls.items():
-        rows = rows_of(path)
-        rows = rows[(rows[:, 0] >= shot.begin) & (rows[:, 0] <= shot.end)]
+    for ball, sights in balls.items():
+        rows = sights[(sights['time'] >= shot.begin) & (sights['time'] <= shot.end)]
         if len(rows):
-            _, first = np.unique(rows[:, 0], return_index=True)
-            rows = rows[first]
             if len(rows) < LEAST_SEEN_PART * pictures:
                 part = f'{len(rows)} of {pictures} pictures'
                 notes.append(f'shot {name}: {ball!r} is seen in {part}')
-            tracks[ball] = Track(rows[:, 0] - shot.strike, rows[:, 1:3], rows[:, 3])
+            tracks[ball] = Track(rows['time'] - shot.strike, rows['place'], rows['sigma'])
     return RecordedShot(name, tracks, struck=shot.struck, start=0.0)

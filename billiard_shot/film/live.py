@@ -100,13 +100,15 @@ class LiveTable:
         """Find the balls of a picture that was taken at a time [s], later than those before."""
         tracker = self._tracker
         seen = self._finder.find(picture, tracker.expected(time))
-        tracker.add(seen, time, np.full(len(seen.place), time))
+        seen['time'] = time
+        tracker.add(seen, time)
         tracker.forget(time - MEMORY)
-        paths = [path for path in tracker.paths if path.time[-1] == time]
-        return [
-            FoundBall(name, likeness, paths[i].place[-1], paths[i].sigma[-1])
-            for i, name, likeness in likely_names(paths, self._names)
-        ]
+        paths = [path for path in tracker.paths if path.seen[-1]['time'] == time]
+        found = []
+        for i, name, likeness in likely_names(paths, self._names):
+            last = paths[i].seen[-1]
+            found.append(FoundBall(name, likeness, last['place'], float(last['sigma'])))
+        return found
 
     def move(self, picture: Bytes) -> float:
         """Return how far the camera has moved [px]: inf if its marks are hidden, 0 without any."""

@@ -11,7 +11,6 @@ import numpy as np
 from billiard_shot.film.drawing import outlined
 from billiard_shot.film.film import FilmResult, Shot
 from billiard_shot.film.lens import Bytes
-from billiard_shot.film.tracks import rows_of
 from billiard_shot.pictures.view import write_text
 
 WIDEST, QUALITY = 1280, 80
@@ -81,13 +80,12 @@ def drawn(result: FilmResult, shot: Shot, radius: float, height: float) -> tuple
         inside or result.pictures, key=lambda each: abs(each[0] - shot.strike - 0.5)
     )
     balls, tracks = {}, []
-    for name, path in result.balls.items():
-        rows = rows_of(path)
-        near = rows[np.abs(rows[:, 0] - time).argmin()]
-        if abs(near[0] - time) < GAP:
-            balls[name] = near[1:3]
-        rows = rows[(rows[:, 0] >= shot.begin) & (rows[:, 0] <= shot.end)]
-        parts = np.split(rows[:, 1:3], 1 + np.flatnonzero(np.diff(rows[:, 0]) > GAP))
+    for name, rows in result.balls.items():
+        near = rows[np.abs(rows['time'] - time).argmin()]
+        if abs(near['time'] - time) < GAP:
+            balls[name] = near['place']
+        rows = rows[(rows['time'] >= shot.begin) & (rows['time'] <= shot.end)]
+        parts = np.split(rows['place'], 1 + np.flatnonzero(np.diff(rows['time']) > GAP))
         tracks += [(name, part) for part in parts]
     caption = f'{result.shots.index(shot) + 1}: {shot.struck} is struck at {shot.strike:.3f} s'
     caption += f'; the picture is that of {time:.2f} s'
@@ -106,8 +104,6 @@ def _page(parts: Sequence[str]) -> str:
 def _notes(result: FilmResult) -> Iterator[str]:
     yield f'errors of noses and sights: {result.table.error:.2f} px (root mean square)'
     yield from result.notes
-    for path, why in result.given_up:
-        yield f'a spot from {path.time[0]:.2f} s on, seen {len(path.time)} times: {why}'
 
 
 def _list(title: str, texts: Iterator[str]) -> list[str]:

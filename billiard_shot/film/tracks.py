@@ -6,14 +6,13 @@ matched at once, with the least sum of costs (Kuhn 1955, The Hungarian method). 
 its track, and is looked for in a circle that grows.
 """
 
-from bisect import bisect_left
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from billiard_shot.film.balls import Seen
+from billiard_shot.film.balls import SIGHT, Sights
 from billiard_shot.film.lens import Floats
 
 FASTEST = 7.0
@@ -47,52 +46,53 @@ ALIVE = 2.0
 @dataclass(slots=True, eq=False)
 class Path:
     """
-    What was seen of a ball; all lists have an entry for each sight.
+    What was seen of a spot.
 
     Attributes
     ----------
-    time : list of float
-        [s]
-    place : list of (2,) float array
-        [m]
-    sigma : list of float
-        [m]
-    white : list of float
-        Share of white.
+    seen : list of Sight
+        In the order of their times.
     colour : (3,) float array
-        Mean [of 255].
+        Mean of the last sights [of 255].
     spread : float
         How far colours are from it, in the mean [of 255].
     velocity : (2,) float array
-        Of the last sights [m/s].
+        Of the last two sights [m/s].
+    name : str
+        Of the ball that it is; empty: of none.
 
     """
 
-    time: list[float] = field(default_factory=list)
-    place: list[Floats] = field(default_factory=list)
-    sigma: list[float] = field(default_factory=list)
-    white: list[float] = field(default_factory=list)
+    seen: list[Any] = field(default_factory=list)
     colour: Floats = field(default_factory=lambda: np.zeros(3))
     spread: float = COLOUR
     velocity: Floats = field(default_factory=lambda: np.zeros(2))
+    name: str = ''
 
-    def add(self, seen: Seen, k: int, time: float) -> None:
+    @property
+    def sights(self) -> Sights:
+        """All of them as an array."""
+        return np.array(self.seen, SIGHT)
+
+    def add(self, sight: Any) -> None:
         """Add a sight."""
-        if self.time:
-            elapsed = max(time - self.time[-1], 1e-3)
-            self.velocity = (seen.place[k] - self.place[-1]) / elapsed
-        weight = max(1.0 / (len(self.time) + 1), 0.05)
-        away = float(np.linalg.norm(seen.colour[k] - self.colour)) if self.time else COLOUR
+        away = COLOUR
+        if self.seen:
+            last = self.seen[-1]
+            self.velocity = (sight['place'] - last['place']) / max(
+                sight['time'] - last['time'], 1e-3
+            )
+            away = float(np.linalg.norm(sight['colour'] - self.colour))
+        self.seen.append(sight)
+        weight = max(1.0 / len(self.seen), 0.05)
         self.spread += weight * (away - self.spread)
-        self.colour = self.colour + weight * (seen.colour[k] - self.colour)
-        self.time.append(time)
-        self.place.append(seen.place[k])
-        self.sigma.append(float(seen.sigma[k]))
-        self.white.append(float(seen.white[k]))
+        self.colour = self.colour + weight * (sight['colour'] - self.colour)
 
     def expected(self, time: float) -> Floats:
         """Return where the ball is expected [m]."""
-        return self.place[-1] + self.velocity * min(time - self.time[-1], LONGEST_GUESS)
+        since = min(time - self.seen[-1]['time'], LONGEST_GUESS)
+        place: Floats = self.seen[-1]['place'] + self.velocity * since
+        return place
 
 
 class Tracker:
@@ -123,50 +123,45 @@ class Tracker:
 
     def _alive(self, time: float) -> list[Path]:
         """Return the paths that may go on."""
-        alive = []
-        for path in self.paths:
-            count, since = len(path.time), time - path.time[-1]
-            if count >= LEAST_SEEN or since < ALIVE * count / LEAST_SEEN:
-                alive.append(path)
-        return alive
+        return [
+            path for path in self.paths
+            if len(path.seen) >= LEAST_SEEN
+            or time - path.seen[-1]['time'] < ALIVE * len(path.seen) / LEAST_SEEN
+        ]  # fmt: skip
 
-    def add(self, seen: Seen, time: float, times: Floats) -> None:
-        """Add the balls of a picture of a time [s], each at its own time (n,) [s]."""
+    def add(self, seen: Sights, time: float) -> None:
+        """Add the balls of a picture of a time [s], each of which has its own time."""
         paths = self._alive(time)
         costs = self._costs(paths, seen, time)
         rows, columns = linear_sum_assignment(np.minimum(costs, 1e6))
         matched = [(i, k) for i, k in zip(rows, columns, strict=True) if np.isfinite(costs[i, k])]
         self._doubt(paths, seen, time, costs, matched)
         for i, k in matched:
-            paths[i].add(seen, k, float(times[k]))
-        taken = {k for _, k in matched}
-        for k in range(len(seen.place)):
-            if k not in taken:
-                self.paths.append(path := Path())
-                path.add(seen, k, float(times[k]))
+            paths[i].add(seen[k])
+        for k in set(range(len(seen))) - {k for _, k in matched}:
+            self.paths.append(path := Path())
+            path.add(seen[k])
 
     def forget(self, before: float) -> None:
         """Forget the sights before a time [s], and the paths without others."""
-        self.paths = [path for path in self.paths if path.time[-1] >= before]
+        self.paths = [path for path in self.paths if path.seen[-1]['time'] >= before]
         self.unsure.clear()
         for path in self.paths:
-            old = bisect_left(path.time, before)
-            for each in (path.time, path.place, path.sigma, path.white):
-                del each[:old]
+            path.seen = [sight for sight in path.seen if sight['time'] >= before]
 
-    def _costs(self, paths: list[Path], seen: Seen, time: float) -> Floats:
+    def _costs(self, paths: list[Path], seen: Sights, time: float) -> Floats:
         """Return the costs (paths, balls) of matches; infinite ones cannot be."""
-        if not paths or not len(seen.place):
-            return np.empty((len(paths), len(seen.place)))
-        since = np.array([[time - path.time[-1]] for path in paths])
+        if not paths or not len(seen):
+            return np.empty((len(paths), len(seen)))
+        since = np.array([[time - path.seen[-1]['time']] for path in paths])
         expected = np.array([path.expected(time) for path in paths])
         speed = np.array([[np.linalg.norm(path.velocity)] for path in paths])
-        last = np.array([path.place[-1] for path in paths])
+        last = np.array([path.seen[-1]['place'] for path in paths])
         colours = np.array([path.colour for path in paths])
         spreads = np.array([[max(path.spread, COLOUR)] for path in paths])
-        off = np.linalg.norm(seen.place - expected[:, np.newaxis], axis=-1)
-        way = np.linalg.norm(seen.place - last[:, np.newaxis], axis=-1)
-        other = np.linalg.norm(seen.colour - colours[:, np.newaxis], axis=-1) / spreads
+        off = np.linalg.norm(seen['place'] - expected[:, np.newaxis], axis=-1)
+        way = np.linalg.norm(seen['place'] - last[:, np.newaxis], axis=-1)
+        other = np.linalg.norm(seen['colour'] - colours[:, np.newaxis], axis=-1) / spreads
         far = off / (NEAR + TURN * speed * np.minimum(since, LONGEST_GUESS))
         reach = GATE + FASTEST * np.minimum(since, LONGEST_GUESS)
         costs: Floats = np.minimum(far**2, MOST_FAR) + 2.0 * other**2 + 20.0 * off
@@ -176,7 +171,7 @@ class Tracker:
     def _doubt(
         self,
         paths: list[Path],
-        seen: Seen,
+        seen: Sights,
         time: float,
         costs: Floats,
         matched: list[tuple[int, int]],
@@ -184,25 +179,8 @@ class Tracker:
         """Note near balls in motion that could as well be exchanged."""
         for n, (i, k) in enumerate(matched):
             for j, m in matched[:n]:
-                if np.linalg.norm(seen.place[k] - seen.place[m]) > 6.0 * self._radius:
+                if np.linalg.norm(seen['place'][k] - seen['place'][m]) > 6.0 * self._radius:
                     continue
                 more = costs[i, m] + costs[j, k] - costs[i, k] - costs[j, m]
                 if more < UNSURE:
                     self.unsure.append((time, paths[i], paths[j]))
-
-
-def merged(paths: list[Path]) -> Path:
-    """Join paths that follow one another."""
-    paths = sorted(paths, key=lambda path: path.time[0])
-    whole = Path(colour=paths[0].colour, spread=paths[0].spread)
-    for path in paths:
-        whole.time += path.time
-        whole.place += path.place
-        whole.sigma += path.sigma
-        whole.white += path.white
-    return whole
-
-
-def rows_of(path: Path) -> NDArray[np.float64]:
-    """Return time [s], x, y and sigma [m] of a path as rows (n, 4)."""
-    return np.column_stack([path.time, np.array(path.place).reshape(-1, 2), path.sigma])
