@@ -153,11 +153,17 @@ class GameTable:
         balls = self.client.balls()
         return all(name not in balls or balls[name].is_seen for name in names)
 
-    def forget_all_but(self, left: Collection[str]) -> None:
-        """Have a tracker forget balls that are gone; wait until it has found the others again."""
-        if self._forget.service_is_ready():
-            self.client.call(self._forget, Trigger.Request(), attempts=3)
-            self.client.until(lambda: self.client.balls().keys() == set(left), FOUND_TIME)
+    def forget_all_but(self, left: Collection[str]) -> str:
+        """
+        Have a tracker forget balls that are gone; wait until it has found the others again.
+
+        Return why the balls are not known then; '' if they are.
+        """
+        if not self._forget.service_is_ready():
+            return 'table_tracker/reset is not there: balls that are gone stay in table_state'
+        self.client.call(self._forget, Trigger.Request(), attempts=3)
+        found = self.client.until(lambda: self.client.balls().keys() == set(left), FOUND_TIME)
+        return '' if found else 'table_tracker does not find the balls that are left'
 
     def record(self) -> Outcome | None:
         """
@@ -390,8 +396,9 @@ class Turn:
                 outcome = self.table.record() if result.measured else None
                 ruling = self._ruling(state, decision, shot_id, places, unseen, outcome)
             self._judged(state, decision, ruling, shot_id)
-            if unseen:
-                self.table.forget_all_but(ruling.state.balls.keys() & places.keys())
+            left = ruling.state.balls.keys() & places.keys()
+            if unseen and (problem := self.table.forget_all_but(left)):
+                self.tell(TurnStage.WATCH, problem, shot_id, {})
         if ended and self.state.player == state.player and not self.state.over:
             raise ended
 

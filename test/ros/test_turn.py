@@ -262,6 +262,15 @@ def test_somebody_is_asked_whether_a_ball_that_is_not_seen_was_potted():
     assert client.balls().keys() == turn.state.balls.keys() == without('1').keys()
 
 
+def test_a_turn_says_that_the_tracker_cannot_forget_a_potted_ball():
+    outcome = Outcome(first_contact='1', pocketed=(('1', 'foot_left'),), places=without('1'))
+    turn, told = turn_of(Client(BALLS, dict(BALLS), hidden=['1']), game_of('practice'), outcome)
+    turn.table._forget = SimpleNamespace(service_is_ready=lambda: False)
+    turn._go_on()
+    said = 'table_tracker/reset is not there: balls that are gone stay in table_state'
+    assert told[-1] == (TurnStage.WATCH, said)
+
+
 def test_nobody_needs_to_answer_once_the_camera_sees_the_ball():
     client = Client(BALLS, dict(BALLS), hidden=['1'])
     turn, told = turn_of(client, game_of('practice'), lambda: setattr(client, 'hidden', ()))
