@@ -118,7 +118,8 @@ MakeAgent = Callable[[Scene, int], Agent]
 """Makes an agent from the scene with which it plans and the seed of its random numbers."""
 
 # How visits to the table end. A miss is a shot that the player gave an even chance or more; a
-# shot with less was all that the leave before it had left.
+# shot with less was all that the leave before it had left. A safety is called; in pool without
+# calls it is a stroke whose chance was stated, at no named ball.
 ENDS = ('won', 'miss', 'leave', 'scratch', 'foul', 'safety', 'no shot', 'break', 'illegal')
 
 
@@ -357,9 +358,11 @@ def _end(state: State, decision: Decision, ruling: Ruling) -> str:
         return 'foul'
     if state.phase == 'break':
         return 'break'
-    if decision.call.safety or decision.call.push_out:
+    game, success = state.game, decision.success
+    silent = game.pockets and not game.calls and decision.call.ball is None
+    if decision.call.passes or (silent and success is not None):
         return 'safety'
-    return 'leave' if decision.success is not None and decision.success < EVEN else 'miss'
+    return 'leave' if success is not None and success < EVEN else 'miss'
 
 
 def agent_names() -> list[str]:

@@ -7,7 +7,7 @@ import json
 import numpy as np
 import pytest
 
-from billiard_shot import predict, predict_batch, Scene
+from billiard_shot import predict, predict_batch, Scene, Stroke
 from billiard_shot.cli import main
 from billiard_shot.game import Call, Decision, judge, Outcome, Ruling, start, State
 from billiard_shot.game.agents import player as player_module
@@ -20,6 +20,7 @@ from billiard_shot.game.rack import (
     find_agent,
     Pairing,
     play,
+    play_on,
     play_rack,
     RackRecord,
     replayed,
@@ -43,6 +44,7 @@ from billiard_shot.scene.player import ModelError
 
 TABLE = Scene.load('seven_foot')
 EXACT = replace(TABLE, noise=TABLE.noise.times(0.0))
+STROKE = Stroke.from_offsets(speed=1.0)
 
 
 def without_times(record):
@@ -121,6 +123,26 @@ def test_an_illegal_move_loses_the_rack(answer, end):
     record = play_rack(first, TABLE, [Illegal(**answer)] * 2)
     assert record.shots[0].end == end
     assert record.winner == 'two'  # without a shot, by three fouls in a row
+
+
+@pytest.mark.parametrize(
+    ('decision', 'end'),
+    [
+        (Decision(STROKE, success=0.1), 'safety'),  # nine-ball has no call that says so
+        (Decision(STROKE, Call('1', 'foot_left'), success=0.1), 'leave'),
+        (Decision(STROKE, Call('1', 'foot_left'), success=0.9), 'miss'),
+        (Decision(STROKE), 'miss'),
+        (Decision(STROKE, Call(push_out=True)), 'safety'),
+    ],
+)
+def test_a_record_tells_a_defence_from_a_miss(decision, end):
+    agent = Illegal()
+    agent.decide = lambda state: decision
+    state = replace(start('nine_ball', TABLE).with_cue_ball(-0.8, 0.0), phase='second', in_hand='')
+    first = RackRecord('nine_ball', 0, 1, ('one', 'two'), (), state.to_dict())
+    nothing_falls = lambda *_: Outcome('1', to_cushion={'1'}, places=state.balls)  # noqa: E731
+    record = next(play_on(first, TABLE, [agent] * 2, nothing_falls))
+    assert record.shots[0].end == end
 
 
 def test_another_simulator_plays():
