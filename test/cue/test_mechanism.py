@@ -1,19 +1,30 @@
+import math
 from pathlib import Path
 
 from hypothesis import assume, given
 from hypothesis import strategies as st
 import numpy as np
-from plans import contact_of, MECHANISM, SHOTS
+from plans import contact_of, HOME, MECHANISM, SHOTS, sightings
 import pytest
 
-from billiard_shot.cue.mechanism import Axis, JOINTS, LimitError, Mechanism, STROKE
+from billiard_shot import plan, Scene, Status
+from billiard_shot.cue.joint_trajectory import ramp_times, stroke_profile, stroke_trajectory
+from billiard_shot.cue.mechanism import (
+    Axis,
+    BASE_Z,
+    Incline,
+    JOINTS,
+    LimitError,
+    Mechanism,
+    STROKE,
+)
 from billiard_shot.cue.model import (
     forward_kinematics,
     inverse_kinematics,
     TipPose,
     travel_pivot_height,
 )
-from billiard_shot.cue.plan import aim_trajectory
+from billiard_shot.cue.plan import aim_trajectory, prepare_shot, ShotPlan, tip_at
 from billiard_shot.shot.stroke import Stroke
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -151,3 +162,184 @@ def test_a_mistake_in_a_file_is_told_in_a_line(tmp_path, text, words):
         Mechanism.load(file)
     assert len(str(caught.value).splitlines()) == 1
     assert str(file) in str(caught.value)
+
+
+DEFAULT = Incline()
+
+
+@st.composite
+def inclines(draw):
+    """An incline, and two lengths of its actuator."""
+    base, arm = draw(st.floats(0.05, 2.0)), draw(st.floats(0.05, 2.0))
+    least, most = abs(base - arm), base + arm
+    low, high = sorted((draw(st.floats(0.01, 0.99)), draw(st.floats(0.01, 0.99))))
+    assume(high - low > 0.01)
+    incline = Incline(base, arm, draw(st.floats(0.1, 2.0)))
+    return incline, least + low * (most - least), least + high * (most - least)
+
+
+@given(inclines(), st.floats(0.0, 1.0))
+def test_length_to_elevation_and_back(drawn, part):
+    incline, shortest, longest = drawn
+    length = shortest + part * (longest - shortest)
+    elevation = incline.elevation(length)
+    slope = incline.base * incline.arm * math.sin(elevation + incline.level_angle) / length
+    assert incline.length(elevation) == pytest.approx(length, rel=1e-14, abs=4e-16 * slope + 1e-16)
+
+
+@given(inclines(), st.floats(0.0, 1.0))
+def test_elevation_to_length_and_back(drawn, part):
+    incline, shortest, longest = drawn
+    low, high = incline.elevation(shortest), incline.elevation(longest)
+    elevation = low + (0.001 + 0.998 * part) * (high - low)
+    back = incline.elevation(incline.length(elevation))
+    # The triangle is nowhere flat, so that an angle is as good as the length it comes from.
+    angle = elevation + incline.level_angle
+    lever = incline.base * incline.arm * math.sin(angle) / incline.length(elevation)
+    assert back == pytest.approx(elevation, abs=1e-15 * (4 + 4 * (incline.base + 1) / lever))
+
+
+@given(inclines(), st.floats(0.0, 1.0))
+def test_it_is_the_law_of_cosines(drawn, part):
+    incline, shortest, longest = drawn
+    length = shortest + part * (longest - shortest)
+    angle = incline.elevation(length) + incline.level_angle
+    square = incline.base**2 + incline.arm**2 - 2 * incline.base * incline.arm * math.cos(angle)
+    assert math.sqrt(square) == pytest.approx(length, rel=1e-6)
+
+
+def test_a_longer_actuator_raises_the_cue():
+    low, high = DEFAULT.elevation(0.40), DEFAULT.elevation(0.72)
+    assert low < 0.0 < 1.2 < high
+    assert DEFAULT.elevation(0.5) < DEFAULT.elevation(0.5001)
+
+
+def test_limits_say_which_and_by_how_much():
+    with pytest.raises(LimitError, match=r'0\.9 m is 0\.1 m above the limit of 0\.8 m'):
+        DEFAULT.elevation(0.9)
+    with pytest.raises(LimitError, match=r'below the limit of 0\.2 m'):
+        DEFAULT.elevation(0.1)
+
+
+MASS, GRAVITY = 0.5018, 9.80665
+DRIVE = MECHANISM.stroke
+
+
+def profile_of(
+    speed=3.0, after=0.5, elevation=0.1, touch_time=0.0, clearance=math.inf, mechanism=MECHANISM
+):
+    return stroke_profile(
+        mechanism, MASS, GRAVITY, elevation, speed, after * speed, touch_time, clearance
+    )
+
+
+@given(st.floats(0.05, 6.0), st.floats(-0.2, 1.0), st.floats(0.0, 1.2))
+def test_stroke_keeps_every_limit(speed, after, elevation):
+    profile = profile_of(speed, after, elevation)
+    stroke = stroke_trajectory(profile, HOME, 0.6)
+    trajectory = stroke.trajectory
+    for time in np.linspace(0.0, trajectory.duration, 300):
+        position, velocity, acceleration = (row[STROKE] for row in trajectory.at(time))
+        assert -1e-12 <= position <= DRIVE.max
+        assert abs(velocity) <= max(speed, DRIVE.speed) * (1 + 1e-9)
+        if not stroke.contact <= time <= stroke.leave:  # then the ball does it
+            assert abs(acceleration) <= DRIVE.acceleration * (1 + 1e-9)
+            force = MASS * (acceleration - GRAVITY * math.sin(elevation))
+            assert abs(force) <= MECHANISM.max_force * (1 + 1e-9)
+    outside = (trajectory.times[:-1] < stroke.contact) | (trajectory.times[:-1] >= stroke.leave)
+    jerk = np.abs(np.diff(trajectory.accelerations[:, STROKE]) / np.diff(trajectory.times))
+    assert (jerk[outside] <= DRIVE.jerk * (1 + 1e-9)).all()
+
+
+@given(st.floats(0.05, 6.0), st.floats(-0.2, 1.0))
+def test_constant_speed_before_the_ball_and_rest_in_the_end(speed, after):
+    profile = profile_of(speed, after)
+    stroke = stroke_trajectory(profile, HOME, 0.6)
+    for time in np.linspace(stroke.contact - MECHANISM.steady_time, stroke.contact, 20):
+        _, velocity, acceleration = stroke.trajectory.at(time)
+        assert velocity[STROKE] == pytest.approx(speed, rel=1e-12)
+        assert acceleration[STROKE] == pytest.approx(0.0, abs=1e-9)
+    for time, where, how_fast in (
+        (stroke.contact, profile.contact_at, speed),
+        (stroke.leave, profile.leave_at, after * speed),
+        (stroke.stop, profile.stop_at, 0.0),
+        (stroke.home, 0.0, 0.0),
+    ):
+        position, velocity, _ = stroke.trajectory.at(time)
+        assert position[STROKE] == pytest.approx(where, abs=1e-12)
+        assert velocity[STROKE] == pytest.approx(how_fast, abs=1e-6)
+    np.testing.assert_allclose(stroke.trajectory.positions[-1], [*HOME[:BASE_Z], 0.6, *HOME[3:]])
+    assert profile.worst_case_stop >= profile.stop_at
+
+
+@given(st.floats(1e-3, 10.0), st.floats(1.0, 1e3), st.floats(10.0, 1e5))
+def test_ramp_uses_what_it_may(change, acceleration, jerk):
+    rise, hold = ramp_times(change, acceleration, jerk)
+    assert rise * jerk <= acceleration * (1 + 1e-12)
+    assert rise * jerk * (rise + hold) == pytest.approx(change, rel=1e-9)
+    if hold > 0.0:
+        assert rise * jerk == pytest.approx(acceleration)
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'limit', 'words'),
+    [
+        ({'speed': 6.5}, 'stroke.speed', r'6\.5 m/s is 0\.5 m/s above the limit of 6 m/s'),
+        ({'speed': 0.01}, 'stroke.speed', r'0\.01 m/s is 0\.04 m/s below the limit of 0\.05 m/s'),
+        (
+            {'clearance': 0.01},
+            'cloth',
+            r'above the limit of 0\.01 m \(braking from 3 m/s at 150 m/s\^2, limited by '
+            r'stroke\.acceleration',
+        ),
+        ({'mechanism': Mechanism(max_force=20.0), 'speed': 5.0}, 'travel', 'limited by max_force'),
+        (
+            {'mechanism': Mechanism(max_force=4.0), 'elevation': 1.1},
+            'force',
+            r'4\.386 N is 0\.386 N',
+        ),
+        ({'after': -5.0}, 'travel', 'the cue recoils'),
+        ({'touch_time': 0.2}, 'travel', 'above the limit of 0.6 m'),
+    ],
+)
+def test_what_it_cannot_do_says_which_limit_and_by_how_much(arguments, limit, words):
+    with pytest.raises(LimitError, match=words) as caught:
+        profile_of(**arguments)
+    assert limit in [violation.limit for violation in caught.value.violations]
+
+
+# --- the scene `robot_table`: a pool table at which the mechanical cue plays ---------------------
+
+SCENE = Scene.load('robot_table')
+RUN_UP = 0.05  # m
+
+
+def test_the_cue_is_that_of_the_paper_and_the_table_a_pool_table():
+    paper, pool = Scene.load('paper'), Scene.load('pool_table')
+    assert SCENE.cue == paper.cue
+    tip, of_paper = SCENE.contacts.cue_ball, paper.contacts.cue_ball
+    assert (tip.restitution, tip.friction) == (of_paper.restitution, of_paper.friction)
+    assert (SCENE.table, SCENE.ball, SCENE.cloth) == (pool.table, pool.ball, pool.cloth)
+    assert SCENE.contacts.ball_table == pool.contacts.ball_table
+
+
+def test_the_mechanism_can_play_what_is_planned():
+    result = plan(SCENE, {'pot': '8', 'pocket': 'any'}, budget=2000, seed=1)
+    assert result.status is Status.OK, result.message
+    assert result.best.success > 0.2
+    for planned in result.ranking:
+        stroke = planned.stroke
+        tip = tip_at(stroke, SCENE.balls['cue'], SCENE)
+        before = tuple((tip.position - RUN_UP * tip.along).tolist())
+        prepare_shot(
+            Mechanism(),
+            SCENE,
+            ShotPlan(  # raises where it cannot
+                planned.kind,
+                before,
+                tip.quaternion,
+                stroke.speed,
+                tip.elevation,
+                sightings(SCENE.balls),
+            ),
+        )

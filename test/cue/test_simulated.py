@@ -3,7 +3,10 @@ from hypothesis import strategies as st
 import numpy as np
 from plans import HOME, MECHANISM, plan_of, SCENE
 import pytest
+from quintic import quintic
 
+from billiard_shot.cue.controller import StrikeDetector
+from billiard_shot.cue.joint_trajectory import excerpt, stroke_trajectory, StrokeProfile
 from billiard_shot.cue.mechanism import INCLINE, STROKE
 from billiard_shot.cue.plan import aim_trajectory, prepare_shot
 from billiard_shot.cue.simulated import Faults, Imperfections, SimulatedMechanism
@@ -124,3 +127,76 @@ def test_faults():
             assert worst_case_stop < PREPARED.profile.worst_case_stop + 1e-3
     with pytest.raises(ValueError, match=r'command_loss_rate must be .*, got 2'):
         Faults(command_loss_rate=2)
+
+
+# --- A part of a trajectory follows the trajectory, and brakes within the limits -----------------
+
+SHOT = prepare_shot(MECHANISM, SCENE, plan_of((0.1, 0.2, 0.3, 0.5, 2.0)))
+AIM = aim_trajectory(MECHANISM, HOME, SHOT.aimed)
+LOW, HIGH = np.array([(axis.min, axis.max) for axis in MECHANISM.axes]).T
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.floats(0.01, 0.999))
+@pytest.mark.parametrize('trajectory', [AIM, SHOT.stroke.trajectory], ids=['aim', 'stroke'])
+def test_it_follows_the_trajectory_and_then_brakes(trajectory, fraction):
+    end = fraction * trajectory.duration
+    if trajectory is not AIM:  # a stroke is cut only after the cue is drawn back
+        end = SHOT.stroke.home + fraction * (trajectory.duration - SHOT.stroke.home)
+    part = excerpt(trajectory, end, MECHANISM.accelerations)
+    assert (np.diff(part.times) > 0.0).all()
+    for time in np.linspace(0.0, end * (1 - 1e-9), 40):
+        np.testing.assert_allclose(quintic(part, time)[0], trajectory.at(time)[0], atol=1e-9)
+    assert not part.velocities[-1].any()
+    for time in np.linspace(end, part.duration, 40):
+        position, _, acceleration = quintic(part, time)
+        assert (position >= LOW - 1e-9).all()
+        assert (position <= HIGH + 1e-9).all()
+        assert (np.abs(acceleration) <= 2.0 * MECHANISM.accelerations).all()
+
+
+def test_the_end_of_a_trajectory_is_the_whole_trajectory():
+    assert excerpt(AIM, AIM.duration, MECHANISM.accelerations) is AIM
+
+
+# --- the measured speed of a strike, from joints that arrive seldom, or not at all ---------------
+
+PERIOD = 0.01
+"""Time between two messages [s]."""
+
+
+def strike(speed, drive, random, loss):
+    """Play a stroke with a drive of some bandwidth; the true speed, and the measured one."""
+    profile = StrokeProfile(MECHANISM, speed, 0.4 * speed, 0.002, 150.0, 150.0)
+    stroke = stroke_trajectory(profile, HOME, HOME[2])
+    mechanism = SimulatedMechanism(
+        MECHANISM, Imperfections(bandwidth=drive, noise=0.002), 1.0, HOME, 0.0, random.integers(99)
+    )
+    mechanism.command(stroke.trajectory, 0.0)
+    detector = StrikeDetector(profile)
+    true, now = None, random.uniform(0.0, PERIOD)
+    while now < stroke.stop:
+        while mechanism._now < now:
+            before = mechanism.velocity[STROKE]
+            mechanism.advance(mechanism._now + 1e-3)
+            if true is None and mechanism.position[STROKE] >= profile.contact_at:
+                true = before
+        if random.random() >= loss:
+            detector.update(*mechanism.measured())
+        now += PERIOD
+    return true, detector.strike and detector.strike.speed
+
+
+@given(st.integers(0, 2**32 - 1), st.floats(0.1, 5.5))
+def test_the_speed_is_that_of_the_contact_or_it_is_not_measured(seed, speed):
+    random = np.random.default_rng(seed)
+    true, measured = strike(speed, random.uniform(120.0, 300.0), random, 0.1)
+    assert measured is None or measured == pytest.approx(true, rel=0.02)
+
+
+@pytest.mark.parametrize(('loss', 'least'), [(0.0, 95), (0.1, 80)])
+def test_nearly_all_strikes_are_measured(loss, least):
+    """The distance at constant speed lasts for two messages."""
+    random = np.random.default_rng(1)
+    strokes = [strike(random.uniform(0.1, 5.5), 150.0, random, loss) for _ in range(100)]
+    assert sum(measured is not None for _, measured in strokes) >= least

@@ -3,6 +3,8 @@
 import dataclasses
 from itertools import combinations
 import math
+from math import atan2, exp, sqrt, tan
+import pickle
 import subprocess
 import sys
 
@@ -11,7 +13,8 @@ from hypothesis import strategies as st
 import numpy as np
 import pytest
 
-from billiard_shot.scene import Rack, Scene, Table
+from billiard_shot import BallState, EventKind, predict, Scene, simulate, Stroke
+from billiard_shot.scene import CornerPocket, Cushion, Rack, Table
 from billiard_shot.scene.files import scene_names
 
 RADIUS = 0.028575
@@ -218,3 +221,147 @@ def test_the_frozen_combination_is_frozen():
     assert math.dist(scene.balls['1'], scene.balls['8']) == pytest.approx(
         2 * scene.ball.radius, abs=1e-15
     )
+
+
+@pytest.fixture
+def data():
+    return Scene.load('pool').to_dict()
+
+
+def test_a_scene_without_table_has_an_endless_cloth(data):
+    assert 'table' not in data
+    assert Scene.from_dict(data).table is None
+
+
+def test_default_table_is_nine_feet_of_the_wpa(data):
+    scene = Scene.from_dict(data | {'table': {}})
+    assert scene.table == Table()
+    assert (scene.table.length, scene.table.width) == (2.54, 1.27)
+    assert Scene.from_dict(scene.to_dict()) == scene
+    assert pickle.loads(pickle.dumps(scene)) == scene
+
+
+def test_a_cushion_model_brings_its_numbers():
+    assert (Cushion().restitution, Cushion().friction) == (0.98, 0.14)
+    assert (Cushion('han').restitution, Cushion('han').friction) == (0.85, 0.2)
+    assert Cushion('han', 0.7).restitution == 0.7
+
+
+def test_cushions_are_slower_than_balls(data):
+    """So the one contact acts at once within the other."""
+    data['contacts']['ball_ball']['duration'] = 3e-4
+    assert Scene.from_dict(data | {'table': {'cushion': {'duration': 3e-3}}})
+    assert Scene.from_dict(data | {'table': {'cushion': {'duration': 0}}})
+    with pytest.raises(
+        ValueError, match=r'cushion\.duration must .*ten times .* 0\.003.*, got 0\.002'
+    ):
+        Scene.from_dict(data | {'table': {'cushion': {'duration': 0.002}}})
+
+
+def test_carom_table(data):
+    scene = Scene.from_dict(data | {'table': {'length': 2.84, 'width': 1.42, 'pockets': False}})
+    assert not scene.table.pockets
+
+
+@pytest.mark.parametrize(
+    ('table', 'mistake'),
+    [
+        ({'length': 0}, r'table\.length must .* above 0 and at most 20, got 0 \(m\)'),
+        ({'lenght': 2}, r'table\.lenght is unknown; the nearest key is length'),
+        ({'corner': {'cut_deg': 90}}, r'table\.corner\.cut_deg must .*above 90.*, got 90'),
+        (
+            {'cushion': {'model': 'rubber'}},
+            r"table\.cushion\.model must .* mathavan, han, stronge, got 'rubber'",
+        ),
+        ({'width': 0.17}, r'table\.width must be above 0\.1785 with these pockets, got 0\.17'),
+    ],
+)
+def test_mistakes_are_named(data, table, mistake):
+    with pytest.raises(ValueError, match=mistake):
+        Scene.from_dict(data | {'table': table})
+
+
+def test_pockets_need_room_only_where_there_are_any():
+    assert Table(width=0.17, pockets=False).width == 0.17
+    with pytest.raises(ValueError, match='width must be above'):
+        Table(corner=CornerPocket(mouth=1.0))
+
+
+# --- the formulas of docs/scenes.md, "Measure your own table", give back the numbers of a scene
+
+G = 9.81
+POOL = Scene.load('pool')
+TABLE = Scene.load('pool_table')
+BALL_RADIUS = POOL.ball.radius
+
+
+def rolling(x, y, speed, heading=(1.0, 0.0)):
+    along, aside = heading
+    return BallState(
+        (x, y, BALL_RADIUS),
+        (speed * along, speed * aside, 0),
+        (-speed * aside / BALL_RADIUS, speed * along / BALL_RADIUS, 0),
+    )
+
+
+def resting(x, y):
+    return BallState((x, y, BALL_RADIUS))
+
+
+def test_rolling_resistance():
+    run = simulate(POOL, {'cue': rolling(0, 0, 0.6)})
+    measured = 2 * run.final_position['cue'][0] / (G * run.events[-1].time ** 2)
+    assert measured == pytest.approx(POOL.cloth.rolling_resistance, rel=1e-3)
+
+
+@pytest.mark.parametrize('speed', [1.5, 2.0])
+def test_restitution_of_a_cushion(speed):
+    run = simulate(TABLE, {'cue': rolling(0.9, 0.2, speed)})
+    hit = next(event.time for event in run.events if event.kind is EventKind.CUSHION)
+    before = run.at(hit - 1e-3)['cue'].velocity[0]
+    seconds = TABLE.table.cushion.duration, TABLE.table.cushion.duration + 0.028
+    places = [run.at(hit + after)['cue'].position[0] for after in seconds]
+    after = (places[0] - places[1]) / (seconds[1] - seconds[0])
+    measured = after / before * (1 + (0.11 * before) ** 2)
+    assert measured == pytest.approx(TABLE.table.cushion.restitution, rel=0.04)
+
+
+@pytest.mark.parametrize('a', [0.25, 0.35, 0.5])
+def test_end_mass(a):
+    shot = predict(POOL, Stroke.from_offsets(a=a, b=0, elevation=0, azimuth=0, speed=3))
+    x, y, _ = shot.run.at(0.8 / shot.velocity[0])['cue'].position
+    s2 = 1 - a * a
+    lighter = 2.5 * a * sqrt(s2) / tan(atan2(y, x)) - 1 - 2.5 * s2
+    measured = 0.75 * POOL.ball.mass / lighter
+    assert measured == pytest.approx(POOL.cue.end_mass, rel=0.1)
+
+
+def test_restitution_of_the_tip():
+    speed = 2.0
+    shot = predict(POOL, Stroke.from_offsets(a=0, b=0, elevation=0, azimuth=0, speed=speed))
+    measured = (1 + POOL.ball.mass / POOL.cue.mass) * shot.velocity[0] / speed - 1
+    assert measured == pytest.approx(POOL.contacts.cue_ball.restitution, rel=0.01)
+
+
+@pytest.mark.parametrize('speed', [0.5, 1.0])
+def test_friction_and_restitution_of_balls(speed):
+    balls = POOL.contacts.ball_ball
+    c = sqrt(0.5)
+    away = 0.1 + 2 * BALL_RADIUS
+    run = simulate(
+        POOL,
+        {
+            'cue': rolling(-away * c, -away * c, speed, (c, c)),
+            '1': resting(0, 0),
+            '2': resting(2 * BALL_RADIUS + 3e-4, 0),
+        },
+    )
+    x, y, _ = run.final_position['2']
+    slow = (y / (x - 2 * BALL_RADIUS) - 0.01) * exp(0.77 * speed)
+    assert slow == pytest.approx(balls.friction_slow, rel=0.12)
+
+    run = simulate(POOL, {'cue': rolling(-away, 0, speed), '1': resting(0, 0)})
+    k = sqrt((run.final_position['cue'][0] + 2 * BALL_RADIUS) / run.final_position['1'][0])
+    friction = 0.01 + slow * exp(-1.088 * speed)
+    measured = 14 / (5 * (1 + friction + k * (1 - friction))) - 1
+    assert measured == pytest.approx(balls.restitution, abs=0.02)
