@@ -13,6 +13,10 @@ import numpy as np
 import pytest
 
 from billiard_shot import Scene
+from billiard_shot.calibration.launch import calibration_model
+from billiard_shot.calibration.reader import read_recording
+from billiard_shot.calibration.recording import usable_shots
+from billiard_shot.calibration.result import quantiles, searched_check
 
 SLIDE, PIECE = 0.9, 1.0  # s: nothing happens in both; a ball may still slide in the first
 MOST_ACROSS, MOST_ALONG = 1e-3, 2e-3  # m, standard deviations from a line and a parabola
@@ -87,3 +91,34 @@ def test_scene_carom_has_the_resistance_of_the_recordings(pieces):
     rest, rise = fitted(speed, slowing, 1.0)
     assert rest == pytest.approx(cloth.rolling_resistance, abs=2e-4)
     assert rise == pytest.approx(cloth.rolling_rise, abs=4e-4)
+
+
+# --- recorded three-cushion shots beside scene `carom` -------------------------------------------
+
+CAROM = Scene.load('carom')
+
+
+@pytest.fixture(scope='module')
+def recording():
+    path = os.environ.get('BILLIARD_SHOT_RECORDINGS', '')
+    if not Path(path).is_file():
+        pytest.skip('BILLIARD_SHOT_RECORDINGS names no file of recorded shots')
+    return read_recording(path)
+
+
+def test_all_shots_can_be_used(recording):
+    usable, ignored, _ = usable_shots(CAROM, [recording])
+    assert len(usable) == len(recording.shots)
+    assert not ignored
+    speeds = [np.hypot(*each.velocity) for each in usable]
+    assert min(speeds) > 0.3
+    assert max(speeds) < 7.0
+
+
+def test_launches_explain_whole_shots_within_centimetres(recording):
+    """A search of other people reached 22 cm in the median, of the cue ball alone."""
+    model = calibration_model(CAROM, [recording])
+    usable, *_ = usable_shots(CAROM, [recording])
+    checks = [searched_check(model, np.inf, (each, (1, k))) for k, each in enumerate(usable[:6])]
+    assert quantiles(checks)[-1, 1] < 0.05
+    assert quantiles(checks)[0, 1] < 0.025

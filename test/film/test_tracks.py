@@ -1,13 +1,30 @@
 """Tracks and shots from sights that are made up."""
 
+from dataclasses import replace
 from pathlib import Path as FilePath
 
+import cv2
+from hypothesis import given, settings
+from hypothesis import strategies as st
 import numpy as np
 import pytest
+from rendered import Filming, OVERHEAD, Painter, Placed
 
+from billiard_shot import Scene
 from billiard_shot.film.balls import SIGHT
 from billiard_shot.film.film import exchanged, find_shots
 from billiard_shot.film.kinds import named
+from billiard_shot.film.lens import (
+    Camera,
+    camera_of_corners,
+    Edges,
+    fit_camera,
+    SIGHT_AWAY,
+    sight_places,
+    SIGHT_UP,
+    Sights,
+)
+from billiard_shot.film.live import LiveTable
 from billiard_shot.film.reading import Film
 from billiard_shot.film.tracks import Path, Tracker
 
@@ -187,3 +204,167 @@ def test_rows_of_turned_pictures_have_their_times():
     corner = np.array([[1280.0, 0.0]])
     times = [float(film.row_time(corner, turns, (1280, 720))[0]) for turns in range(4)]
     assert times == [0.0, 0.01, 0.01, 0.0]
+
+
+# --- the camera: projection, outlines of balls, and fits -----------------------------------------
+
+HALF, HEIGHT, SIZE = np.array([1.42, 0.71]), 0.037, (1280, 720)
+
+
+def camera(x=0.1, y=-0.2, z=2.6, tilt=0.1, k1=-0.06, k2=0.02, focal=1000.0):
+    rotation = cv2.Rodrigues(np.array([np.pi - tilt, 0.02, 0.03]))[0]
+    return Camera(focal, np.array([k1, k2]), rotation, np.array([x, y, z]), SIZE, HALF)
+
+
+cameras = st.builds(
+    camera,
+    x=st.floats(-0.5, 0.5),
+    y=st.floats(-2.0, 0.5),
+    z=st.floats(1.5, 4.0),
+    tilt=st.floats(-0.5, 0.7),
+    k1=st.floats(-0.1, 0.1),
+    k2=st.floats(-0.02, 0.02),
+)
+
+
+@given(cameras, st.floats(0.0, 0.1))
+@settings(max_examples=40, deadline=None)
+def test_a_plane_is_seen_where_it_is_projected(made, height):
+    pixels = np.stack(np.meshgrid([300.0, 640.0, 900.0], [200.0, 360.0, 500.0]), -1)
+    places = made.to_plane(pixels, height)
+    back = made.project(np.concatenate([places, np.full((3, 3, 1), height)], -1))
+    np.testing.assert_allclose(back, pixels, atol=1e-6)
+
+
+@given(cameras, st.floats(-0.6, 0.6), st.floats(-0.3, 0.3))
+@settings(max_examples=40, deadline=None)
+def test_rays_of_an_outline_touch_the_ball(made, x, y):
+    centre, radius = np.array([x, y, 0.03]), 0.03
+    pixels = made.outlines(centre[np.newaxis], radius, 16)[0]
+    ends = np.column_stack([made.to_plane(pixels, 0.0), np.zeros(16)])
+    rays = ends - made.place
+    rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+    away = centre - made.place
+    off = np.linalg.norm(away - (rays @ away)[:, np.newaxis] * rays, axis=1)
+    np.testing.assert_allclose(off, radius, rtol=1e-6)
+
+
+def seen_by(made):
+    """What a camera sees of a table: noses and sights, without errors."""
+    signs = [(axis, sign) for axis in (0, 1) for sign in (-1.0, 1.0)]
+    at = np.full((4, 15, 2), 0.0)
+    for k, (axis, sign) in enumerate(signs):
+        at[k, :, axis], at[k, :, 1 - axis] = sign, np.linspace(-0.9, 0.9, 15)
+    at = at.reshape(-1, 2)
+    pixels = made.project(np.column_stack([at * made.half, np.full(len(at), HEIGHT)]))
+    across = np.eye(2)[np.repeat([0, 0, 1, 1], 15)]
+    dots = np.array([(x, y) for x in (-0.75, -0.25, 0.5) for y in (-1.0, 1.0)])
+    places = sight_places(dots, made.half, SIGHT_AWAY, HEIGHT + SIGHT_UP)
+    return Edges(at, pixels, across), Sights(dots, made.project(places))
+
+
+@pytest.mark.parametrize('tilt', [0.05, 0.5])
+def test_a_fit_finds_the_camera(tilt):
+    truth = camera(y=-2.6 * np.tan(tilt), tilt=tilt)
+    edges, sights = seen_by(truth)
+    begin = replace(truth, focal=900.0, radial=np.zeros(2), place=truth.place + 0.05)
+    found, errors = fit_camera(begin, HALF, HEIGHT, edges, sights)
+    assert np.abs(errors).max() < 0.02
+    grid = np.stack(np.meshgrid(np.linspace(-1.3, 1.3, 5), np.linspace(-0.6, 0.6, 5)), -1)
+    lifted = np.concatenate([grid, np.full((5, 5, 1), 0.03)], -1)
+    np.testing.assert_allclose(found.to_plane(truth.project(lifted), 0.03), grid, atol=2e-4)
+
+
+def test_wrong_dots_do_not_count():
+    truth = camera()
+    edges, sights = seen_by(truth)
+    moved = sights.pixel.copy()
+    moved[0] += (9.0, -7.0)
+    found, errors = fit_camera(truth, HALF, HEIGHT, edges, Sights(sights.at, moved))
+    assert np.median(np.abs(errors)) < 0.05
+    assert np.abs(errors[len(edges.at) :][:2]).min() > 5.0
+    corner = np.array([[1.3, 0.6, 0.03]])
+    np.testing.assert_allclose(
+        found.to_plane(truth.project(corner), 0.03), corner[:, :2], atol=1e-3
+    )
+
+
+@pytest.mark.parametrize('first', range(4))
+def test_corners_tell_the_camera_whatever_the_first_is(first):
+    truth = camera(tilt=0.5, y=-1.6, k1=0.0, k2=0.0)
+    signs = np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]])
+    corners = truth.project(np.column_stack([signs * HALF, np.full(4, HEIGHT)]))
+    found = camera_of_corners(np.roll(corners, first, axis=0), HALF, HEIGHT, SIZE)
+    np.testing.assert_allclose(found.place, truth.place, atol=0.12)
+    middle = found.to_plane(truth.project(np.array([[0.5, 0.2, 0.03]])), 0.03)
+    np.testing.assert_allclose(middle, [[0.5, 0.2]], atol=0.01)
+
+
+# --- A camera whose pictures come one after the other: which balls, where, and whether it moved
+
+SCENE = Scene.load('pool_table')
+SMALL = replace(OVERHEAD, size=(640, 360), focal=546.5)
+NAMES = ['cue', *map(str, range(1, 16))]
+SPREAD = {
+    name: (-1.05 + 0.3 * (k % 8), -0.3 + 0.5 * (k // 8) + 0.06 * (k % 3))
+    for k, name in enumerate(NAMES)
+}
+
+
+@pytest.fixture(scope='module')
+def painter():
+    filming = Filming(SMALL, hand=False, readout=0, cloth='pool')
+    return Painter(SCENE, Placed(NAMES, SCENE.ball.radius), filming)
+
+
+def live_of(painter, places, **how):
+    painter.motion.put(places)
+    live = LiveTable([painter.at(0.0) for _ in range(3)], SCENE, NAMES, **how)
+    return live, [live.balls(painter.at(0.0), 0.1 * k) for k in range(1, 12)]
+
+
+def test_all_balls_of_pool_have_their_names_and_places(painter):
+    live, pictures = live_of(painter, SPREAD)
+    for balls in pictures:
+        assert len(balls) == 16
+        for ball in balls:
+            nearest = min(SPREAD, key=lambda name: np.hypot(*(SPREAD[name] - ball.place)))
+            assert np.hypot(*(SPREAD[nearest] - ball.place)) < 4e-3
+    last = {ball.name: ball for ball in pictures[-1]}
+    assert last.keys() == SPREAD.keys()
+    off = np.array([last[name].place - SPREAD[name] for name in NAMES])
+    assert np.median(np.hypot(*off.T)) < 1.2e-3
+    assert all(ball.likeness > 0.5 for ball in last.values())
+    assert live.move(painter.at(0.0)) < 0.4
+
+
+def test_a_moving_ball_is_followed_and_a_pocketed_one_is_gone(painter):
+    live, _ = live_of(painter, {'cue': (0.4, 0.1), '8': (-0.8, 0.2)})
+    for k in range(12):
+        x = 0.4 - 0.06 * k  # 1.8 m/s at 30 pictures a second
+        painter.motion.put({'cue': (x, 0.1)} | ({'8': (-0.8, 0.2)} if k < 6 else {}))
+        balls = {ball.name: ball for ball in live.balls(painter.at(0.0), 2.0 + k / 30)}
+        assert balls.keys() == ({'cue', '8'} if k < 6 else {'cue'})
+        assert np.hypot(*(balls['cue'].place - (x, 0.1))) < 3e-3
+
+
+def test_a_table_may_be_turned(painter):
+    _, pictures = live_of(painter, {'cue': (0.4, 0.1)}, turned=True)
+    (ball,) = pictures[-1]
+    np.testing.assert_allclose(ball.place, (-0.4, -0.1), atol=3e-3)
+
+
+def test_a_camera_that_moves_is_noticed(painter):
+    live, _ = live_of(painter, {'cue': (0.4, 0.1)})
+    moved = cv2.warpAffine(painter.at(0.0), np.float64([[1, 0, 3.0], [0, 1, -1.0]]), (640, 360))
+    assert live.move(moved) == pytest.approx(3.0, abs=0.3)
+    assert live.move(np.full_like(moved, 90)) == np.inf
+
+
+def test_outlines_are_drawn_into_a_copy(painter):
+    live, pictures = live_of(painter, {'cue': (0.4, 0.1)})
+    picture = painter.at(0.0)
+    shown = live.outlined(picture, pictures[-1])
+    assert (shown != picture).any()
+    u, v = live.camera.project(np.array([[0.4, 0.1, SCENE.ball.radius]]))[0].round().astype(int)
+    np.testing.assert_array_equal(shown[v, u], picture[v, u])

@@ -6,6 +6,8 @@ import math
 import sys
 from types import SimpleNamespace
 
+from hypothesis import given, settings
+from hypothesis import strategies as st
 import numpy as np
 import pytest
 
@@ -21,8 +23,12 @@ from billiard_shot.game import (
     start,
     State,
 )
+from billiard_shot.game.rack import scene_of
 from billiard_shot.game.referee import spotted
+from billiard_shot.game.state import CHOICES, GROUPS, IN_HAND, PHASES
+from billiard_shot.game.typed import MOVED, possible_rulings, ShotReport, told_outcome
 from billiard_shot.game.valuation import rule_on
+from billiard_shot.table.run.results import POCKET_NAMES
 
 TABLE = Scene.load('pool_table')
 EIGHT = start('eight_ball', TABLE, seed=3)
@@ -348,3 +354,169 @@ def test_a_frozen_ball_is_driven_to_its_cushion_in_no_batch_if_the_referee_denie
             no_rail, stricter = no_rail + ('6.3' in fouls), stricter + bool(more)
     assert no_rail > 30
     assert stricter <= 3  # of 300: a ball that hops lands within a millimetre of its cushion
+
+
+# --- rulings from pictures: what the places of the balls before and after a shot allow -----------
+
+SCENE = Scene.load('pool_table')
+
+
+def state_of(game, balls, **fields):
+    return replace(start(game, SCENE), phase='play', in_hand='', choices=(), balls=balls, **fields)
+
+
+BALLS = {'cue': (-0.3, 0.0), '1': (0.3, 0.1), '9': (0.6, -0.3), '8': (0.0, 0.4)}
+
+
+def test_a_lone_ball_that_fell_was_met():
+    state = state_of('practice', BALLS)
+    after = {**BALLS, 'cue': (0.1, 0.0)}
+    del after['1']
+    (ruling,) = possible_rulings(state, Call(), after)
+    assert ruling.legal
+    assert ruling.state.player == 0
+
+
+def test_no_ball_moved():
+    state = state_of('practice', BALLS)
+    (ruling,) = possible_rulings(state, Call(), {**BALLS, 'cue': (0.1, 0.0)})
+    assert [foul.rule for foul in ruling.fouls] == ['6.3']
+
+
+def test_which_pocket_took_the_called_ball_is_not_seen():
+    state = state_of('eight_ball', BALLS, groups=('solids', 'stripes'))
+    after = {**BALLS, 'cue': (0.1, 0.0)}
+    del after['1']
+    rulings = possible_rulings(state, Call(ball='1', pocket='foot_left'), after)
+    assert {ruling.state.player for ruling in rulings} == {0, 1}
+
+
+def test_a_scratch_has_one_ruling_whatever_was_met():
+    state = state_of('practice', BALLS)
+    after = {'1': (0.5, 0.2), '9': (0.2, -0.3), '8': (0.0, 0.4)}
+    (ruling,) = possible_rulings(state, Call(), after)
+    assert ruling.state.over
+    assert ruling.state.winner is None
+
+
+@pytest.mark.parametrize('game', ['practice', 'eight_ball', 'nine_ball'])
+def test_the_true_ruling_is_among_the_possible_ones(game):
+    rng, compared = np.random.default_rng(5), 0
+    for seed in range(60):
+        state = replace(start('practice', SCENE, seed, balls=9), game=game, in_hand='')
+        state = replace(state, groups=('solids', 'stripes') if game == 'eight_ball' else ('', ''))
+        cue = (float(rng.uniform(-1.1, 1.1)), float(rng.uniform(-0.5, 0.5)))
+        if any(math.dist(cue, place) < 0.07 for place in state.balls.values()):
+            continue
+        state = replace(state, balls={**state.balls, 'cue': cue})
+        stroke = Stroke.from_offsets(
+            elevation=0.1, azimuth=float(rng.uniform(-3.1, 3.1)), speed=float(rng.uniform(2, 5))
+        )
+        call = Call(ball='1', pocket='foot_left')
+        outcome = outcome_of(predict(scene_of(SCENE, state), stroke))
+        met = outcome.first_contact
+        if outcome.refused or outcome.off_table or outcome.double_hit:
+            continue
+        if met in outcome.places and math.dist(outcome.places[met], state.balls[met]) < MOVED:
+            continue
+        ruling = judge(state, call, outcome)
+        possible = possible_rulings(state, call, outcome.places)
+        assert any(ruling.state == each.state for each in possible), (seed, ruling.text)
+        told = ShotReport(met or '', outcome.to_cushion, dict(outcome.pocketed))
+        complete = told_outcome(state, outcome.places, told)
+        assert judge(state, call, complete).state == ruling.state
+        compared += 1
+    assert compared > 40
+
+
+@pytest.mark.parametrize(
+    ('told', 'words'),
+    [
+        ({'first_contact': '4'}, "first_contact must be one of '', '1'.*, got '4'"),
+        ({'to_cushion': ['4']}, "to_cushion must be .*, got '4'"),
+        ({'pockets': {'8': 'foot_left'}}, "pocketed must be one of '1', got '8'"),
+        ({'pockets': {'1': 'corner'}}, "pockets must be .*, got 'corner'"),
+    ],
+)
+def test_what_is_told_is_checked(told, words):
+    after = {name: place for name, place in BALLS.items() if name != '1'}
+    with pytest.raises(ValueError, match=words):
+        told_outcome(state_of('practice', BALLS), after, ShotReport(**told))
+
+
+# --- any state that can be made has a ruling for any shot, and goes on after any choice ----------
+
+PLACES = [(0.1 * x, 0.1 * y) for x in range(-10, 11) for y in range(-4, 5)]
+
+
+@st.composite
+def states(draw):
+    game = find_game(draw(st.sampled_from(game_names())))
+    balls = draw(st.lists(st.sampled_from(('cue', *game.balls)), unique=True))
+    places = draw(st.permutations(PLACES))[: len(balls)]
+    player = st.integers(0, game.players - 1)
+    return State(
+        game=game.name,
+        length=TABLE.table.length,
+        width=TABLE.table.width,
+        radius=TABLE.ball.radius,
+        balls=dict(zip(balls, places, strict=True)),
+        player=draw(player),
+        phase=draw(st.sampled_from(PHASES)),
+        in_hand=draw(st.sampled_from(IN_HAND)),
+        choices=draw(st.lists(st.sampled_from(list(CHOICES)), unique=True))
+        if game.players > 1
+        else (),
+        groups=draw(st.sampled_from(GROUPS)),
+        fouls=draw(st.tuples(*[st.integers(0, 5)] * 2)),
+        scores=draw(st.tuples(*[st.integers(-20, 200)] * 2)),
+        target=draw(st.integers(0, 150)),
+        breaker=draw(player),
+    )
+
+
+@st.composite
+def outcomes(draw, state):
+    some = lambda names: draw(st.lists(st.sampled_from(names), unique=True)) if names else []  # noqa: E731
+    met = some(state.object_balls)
+    gone = some(tuple(state.balls))
+    pocket = st.sampled_from(POCKET_NAMES)
+    fallen = draw(st.integers(0, len(gone)))
+    return Outcome(
+        first_contact=met[0] if met else None,
+        pocketed=tuple((ball, draw(pocket)) for ball in gone[:fallen]),
+        off_table=tuple(gone[fallen:]),
+        to_cushion=frozenset(some(tuple(state.balls))),
+        from_kitchen=draw(st.booleans()),
+        double_hit=draw(st.booleans()),
+        met=tuple(met),
+        cushions_before=tuple(draw(st.integers(0, 4)) for _ in met),
+        places={ball: place for ball, place in state.balls.items() if ball not in gone},
+    )
+
+
+@settings(deadline=None)
+@given(states(), st.data())
+def test_any_state_goes_on(state, data):
+    for choice in state.choices:
+        if choice in ('break', 'rebreak') and state.game.name == 'three_cushion':
+            continue  # whose balls have places on a carom table
+        assert not choose(state, choice).choices
+    if state.choices or 'cue' not in state.balls:
+        return
+    names = st.none() | st.sampled_from(state.game.balls)
+    call = Call(
+        ball=data.draw(names),
+        pocket=data.draw(st.sampled_from(('', *POCKET_NAMES))),
+        safety=data.draw(st.booleans()),
+        push_out=data.draw(st.booleans()),
+    )
+    ruling = judge(state, call, data.draw(outcomes(state)))
+    assert ruling.text
+    assert (
+        ruling.state.over
+        or ruling.state.choices
+        or ruling.state.in_hand
+        or ('cue' in ruling.state.balls)
+    )
+    assert judge(state, call, None).fouls

@@ -1,5 +1,6 @@
 """The table from above: what is drawn is what the trajectories say, and the files come out."""
 
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 import re
@@ -9,8 +10,12 @@ import numpy as np
 import pytest
 
 from billiard_shot import BallState, predict, Scene, simulate, Stroke
+from billiard_shot.game import game_names, start
+from billiard_shot.game.rack import Pairing, play
+from billiard_shot.pictures import rack
 from billiard_shot.pictures.colours import ball_colour, CUE_BALL_COLOUR, is_striped, OTHER, POOL
 from billiard_shot.pictures.plan import plan_figure
+from billiard_shot.pictures.rack import COLUMNS, table_text, write_rack
 from billiard_shot.pictures.table import (
     draw_shot,
     draw_trails,
@@ -220,3 +225,89 @@ def test_without_matplotlib_it_says_what_is_missing(monkeypatch):
     monkeypatch.setitem(sys.modules, 'matplotlib.figure', None)
     with pytest.raises(ValueError, match=r'pip install .billiard_shot\[plot\]'):
         draw_shot(MASSE, Path('never.png'))
+
+
+# --- the table in the terminal: it fits, and shows each ball where it lies -----------------------
+
+WIDTH = 80
+
+
+@pytest.mark.parametrize('game', game_names())
+@pytest.mark.parametrize('seed', range(3))
+def test_each_ball_is_there_once(game, seed):
+    state = start(game, 'carom' if game == 'three_cushion' else 'pool_table', seed=seed)
+    text = table_text(state)
+    assert max(map(len, text.split('\n'))) <= WIDTH
+    inside = '\n'.join(re.findall(r'\|(.*)\|', text))
+    labels = {'cue': '@', 'other': 'O', 'red': 'R'}
+    expected = sorted(labels.get(ball, ball) for ball in state.balls)
+    assert sorted(re.findall(r'[^ :\n]+', inside)) == expected
+
+
+@pytest.mark.parametrize(('x', 'y'), [(0.0, 0.0), (-1.2, 0.6), (1.2, -0.6), (0.5, -0.3)])
+def test_a_ball_is_drawn_where_it_lies(x, y):
+    """To the left is the head, at the top the left side; to half a character."""
+    state = replace(start('practice', 'pool_table', balls=1), balls={'cue': (x, y)}, in_hand='')
+    lines = re.findall(r'\|(.*)\|', table_text(state))
+    ((row, column),) = [(i, line.index('@')) for i, line in enumerate(lines) if '@' in line]
+    assert abs((column + 0.5) / COLUMNS - 0.5 - x / state.length) <= 0.5 / COLUMNS + 1e-9
+    assert abs(0.5 - (row + 0.5) / len(lines) - y / state.width) <= 0.5 / len(lines) + 1e-9
+    assert 1.9 < len(lines[0]) / len(lines) / state.length * state.width < 2.1
+
+
+def test_pockets_and_sizes_are_named():
+    top, edge, *_, bottom, names, sizes = table_text(start('practice', 'pool_table')).split('\n')
+    assert top.split() == ['head_left', 'side_left', 'foot_left']
+    assert names.split() == ['head_right', 'side_right', 'foot_right']
+    assert [edge.split()[-1], bottom.split()[-1]] == ['0.64', '-0.64']
+    assert [sizes.split()[1], sizes.split()[-1]] == ['-1.27', '1.27']
+    places = [place for place, each in enumerate(edge) if each == 'O']
+    assert places == [0, (COLUMNS + 1) // 2, COLUMNS + 1]
+
+
+def test_balls_beside_each_other_do_not_make_another_number():
+    balls = {'1': (0.0, 0.0), '4': (0.06, 0.0), '14': (0.12, 0.0), '2': (-0.06, 0.0)}
+    state = replace(start('practice', 'pool_table'), balls=balls)
+    found = re.findall('[0-9]+', '\n'.join(re.findall(r'\|(.*)\|', table_text(state))))
+    assert sorted(found) == ['1', '14', '2', '4']
+
+
+# --- the pages of a rack: each shot has one, with links to the others and to the list ------------
+
+TABLE = Scene.load('seven_foot')
+
+
+@pytest.fixture(scope='module')
+def record():
+    played = play(Pairing('practice', TABLE, ('greedy',), seed=4, balls=3), 0)
+    assert len(played.shots) > 2
+    return played
+
+
+def links_in(page):
+    return dict(
+        reversed(each) for each in re.findall(r'<a href="([^"]*)">([^<]*)</a>', page.read_text())
+    )
+
+
+def test_each_page_leads_to_the_next(record, tmp_path):
+    pytest.importorskip('matplotlib', reason='needs matplotlib, an extra')
+    listed = write_rack(record, TABLE, tmp_path / 'rack')
+    names = re.findall(r'<a href="(shot-\d+.html)"><img src="(shot-\d+.png)"', listed.read_text())
+    pages = [listed.parent / page for page, _ in names]
+    assert len(pages) == len(record.shots)
+    for _, picture in names:
+        assert (listed.parent / picture).read_bytes().startswith(b'\x89PNG')
+    for before, page, after in zip([None, *pages], pages, [*pages[1:], None], strict=False):
+        links = {'All shots': listed.name}
+        links |= {'← Previous': before.name} if before else {}
+        links |= {'Next →': after.name} if after else {}
+        assert links_in(page) == links
+
+
+def test_without_matplotlib_the_list_has_no_pictures(record, tmp_path, monkeypatch):
+    monkeypatch.setattr(rack, 'has_matplotlib', lambda: False)
+    listed = write_rack(record, TABLE, tmp_path)
+    assert listed.read_text().count('<li>') == len(record.shots)
+    assert not list(tmp_path.glob('*.png'))
+    assert '<img' not in listed.read_text()

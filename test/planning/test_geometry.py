@@ -1,6 +1,7 @@
 """The geometry of candidates, intervals, limits: what must be true of them."""
 
 from concurrent.futures import ThreadPoolExecutor
+import math
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -20,10 +21,12 @@ from billiard_shot.planning.routes import (
     waypoints,
 )
 from billiard_shot.planning.runner import Runner, StoppedError
+from billiard_shot.planning.score import nearest
 from billiard_shot.planning.stages import curved_candidates, CURVES_AT_ONCE, ENOUGH
 from billiard_shot.planning.statistics import wilson_interval
-from billiard_shot.planning.targets import target_of
+from billiard_shot.planning.targets import read_target, target_of
 from billiard_shot.scene.player import NOISES
+from billiard_shot.table.model.motion import SegmentRecord
 
 NOISE = NOISES['tournament']
 SCENE = table_with(cue=(-0.4, 0.1), b8=(0.5, 0.2), b1=(0.2, -0.3))
@@ -152,3 +155,67 @@ def test_errors_have_the_noise_that_was_asked_for():
     assert problem.sigmas == pytest.approx(
         [0.0005 / 0.028575, 0.0005 / 0.028575, np.radians(0.1), np.radians(0.125), 0.075]
     )
+
+
+# --- penalties: distances between paths and points -----------------------------------------------
+
+
+def segment_of(draw):
+    """A stretch of motion on the cloth."""
+    segment = SegmentRecord()
+    segment.position[:2] = draw.uniform(-1.0, 1.0, 2).tolist()
+    segment.velocity[:2] = draw.uniform(-2.0, 2.0, 2).tolist()
+    segment.acceleration[:2] = draw.uniform(-2.0, 2.0, 2).tolist()
+    return segment
+
+
+def test_a_segment_counts_only_if_it_comes_nearer_than_others():
+    draw = np.random.default_rng(1)
+    skipped = 0
+    for _ in range(400):
+        segment, lasting = segment_of(draw), float(draw.choice([0.0, 0.1, 1.0]))
+        x, y, least = draw.uniform((-1.0, -1.0, 0.0), (1.0, 1.0, 1.0)).tolist()
+        distance = nearest(segment, lasting, x, y, math.inf)
+        assert nearest(segment, lasting, x, y, least) == min(distance, least)
+        skipped += distance > least
+        times = np.linspace(0.0, lasting, 200)[:, np.newaxis]
+        p, v, a = (
+            np.array(each[:2])
+            for each in (segment.position, segment.velocity, segment.acceleration)
+        )
+        path = p + times * (v + 0.5 * times * a)
+        exact = np.hypot(*(path - (x, y)).T).min()
+        assert distance == pytest.approx(exact, abs=0.02)  # by straight pieces
+    assert 50 < skipped < 350
+
+
+# --- targets judged by the balls at rest ---------------------------------------------------------
+
+CUE, EIGHT, ONE = {'cue': (0.2, 0.1)}, {'8': (0.5, 0.5)}, {'1': (-0.5, 0.2)}
+
+
+@pytest.mark.parametrize(
+    ('target', 'places', 'reached', 'words'),
+    [
+        ({'rest': (0.2, 0.0), 'radius': 0.11}, CUE, True, '100.0 mm from the point, 110 mm'),
+        (
+            {'rest': (0.2, 0.0), 'radius': 0.09},
+            CUE,
+            False,
+            'not reached: the cue ball rests 100.0',
+        ),
+        ({'rest': (0.2, 0.0)}, EIGHT, False, 'the cue ball is not on the table'),
+        ({'pot': '8'}, CUE, True, 'pocketed: 8'),
+        ({'pot': '8'}, CUE | EIGHT, False, 'still on the table: 8'),
+        ({'pot': ['8', '1']}, CUE | ONE, True, 'pocketed: 8'),
+        ({'pot': ['8', '1']}, CUE | ONE | EIGHT, False, 'still on the table: 8, 1'),
+        ({'pot': '8', 'leave': (0.2, 0.0), 'radius': 0.09}, CUE, False, '100.0 mm from'),
+        ({'pot': '8', 'leave': (0.2, 0.0), 'radius': 0.2}, CUE | EIGHT, False, 'still on'),
+        ({'pot': 'any'}, CUE, True, 'not judged'),
+        ({'pass': (0.0, 0.0)}, CUE, True, 'not judged'),
+    ],
+)
+def test_a_target_is_judged(target, places, reached, words):
+    found, text = read_target(target).judged_at_rest(places)
+    assert found is reached
+    assert words in text

@@ -7,7 +7,7 @@ from billiard_shot.table.run.results import Trajectory
 from billiard_shot.table.run.states import ball_starts
 from billiard_shot.table.run.task import run_with_events, TableTask
 
-POOL = BallClothParams(
+CLOTH = BallClothParams(
     mass=0.17,
     radius=0.028,
     inertia=0.4 * 0.17 * 0.028**2,
@@ -24,7 +24,7 @@ POOL = BallClothParams(
 )
 
 
-def run(velocity, spin=(0, 0, 0), params=POOL, tolerance=1e-6):
+def run(velocity, spin=(0, 0, 0), params=CLOTH, tolerance=1e-6):
     """Trajectory, status and error of a ball that starts at the origin."""
     starts = ball_starts(1, 1)
     starts['position'], starts['velocity'] = (0.0, 0.0, params.radius), velocity

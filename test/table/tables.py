@@ -11,6 +11,7 @@ from billiard_shot.table.run.simulate import simulate
 POOL = Scene.load('pool_table')
 R = POOL.ball.radius
 ENDLESS = dataclasses.replace(POOL, table=None)
+SMOOTH = {'restitution': 1.0, 'friction_fast': 0.0, 'friction_slow': 0.0}
 
 
 def scene_with(base=POOL, *, ball_ball=None, cushion=None, **changes):

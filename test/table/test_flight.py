@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from rolling import POOL, run
+from rolling import CLOTH, run
 
 from billiard_shot import BallState, simulate, Status
 from billiard_shot.table.model.geometry import GATE_OFF, GATE_ON
@@ -10,7 +10,7 @@ from billiard_shot.table.run.results import EventKind
 G = 9.8
 
 
-def bounced(velocity, spin, params=POOL):
+def bounced(velocity, spin, params=CLOTH):
     """Closed form of one bounce: the slip stops if friction suffices (for a solid ball, 2/7)."""
     velocity, spin = np.array(velocity, float), np.array(spin, float)
     r, m = params.radius, params.mass
@@ -47,7 +47,7 @@ def test_hops_shrink_and_end():
 @pytest.mark.parametrize('restitution', [0.2, 0.5, 0.9])
 @pytest.mark.parametrize('tolerance', [1e-3, 1e-4, 1e-5, 1e-6])
 def test_leaving_out_bounces_keeps_the_tolerance(restitution, tolerance):
-    params = POOL._replace(cloth_restitution=restitution)
+    params = CLOTH._replace(cloth_restitution=restitution)
     for velocity, spin in (
         ((1, 0.2, 1), (10, -60, 5)),
         ((3, 0, 0.2), (0, 0, 0)),
@@ -62,19 +62,19 @@ def test_leaving_out_bounces_keeps_the_tolerance(restitution, tolerance):
 
 
 def test_a_jump_without_bounce_stops_hopping_at_once():
-    path, _, _ = run((1, 0, 1), params=POOL._replace(cloth_restitution=0.0))
+    path, _, _ = run((1, 0, 1), params=CLOTH._replace(cloth_restitution=0.0))
     assert [s.motion for s in path.segments][:2] == [Motion.FLIGHT, Motion.SLIDE]
 
 
 def test_flight_off_keeps_the_horizontal_motion():
-    off, _, error = run((1, 0, 1), (0, 9, 1), POOL._replace(flight_gate=GATE_OFF))
+    off, _, error = run((1, 0, 1), (0, 9, 1), CLOTH._replace(flight_gate=GATE_OFF))
     level, _, _ = run((1, 0, 0), (0, 9, 1))
     assert error == 0
     assert (off.rows == level.rows).all()
 
 
 def test_flight_on_flies_the_smallest_hop():
-    path, _, _ = run((1, 0, 1e-5), params=POOL._replace(flight_gate=GATE_ON))
+    path, _, _ = run((1, 0, 1e-5), params=CLOTH._replace(flight_gate=GATE_ON))
     assert path.segments[0].acceleration[2] == -G
     path, _, _ = run((1, 0, 1e-5))
     assert path.segments[0].acceleration[2] == 0
