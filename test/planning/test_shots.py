@@ -210,7 +210,7 @@ def check_path(shot, hit, *, flies):
 @pytest.mark.parametrize('kind', KINDS)
 def test_the_only_way_is_found(kind):
     scene, target, limits, _ = KINDS[kind]
-    result = plan(scene, target, constraints=limits)
+    result = plan(scene, target, constraints=limits, budget=20_000)
     assert result.best is not None, result.message
     assert result.best.success > 0.15
     for each in result.ranking:

@@ -303,7 +303,7 @@ def test_slips_after_contacts_are_those_of_pooltool(slip, approach, friction, re
 @pytest.mark.parametrize('ratio', [1.0, 1.8, 3.0])
 def test_contacts_agree_with_small_steps(height, ratio):
     velocity, spin = np.array([0.4, 1.0, 0.0]), np.array([-1.0, 0.4, 0.5])
-    steps = Steps(velocity, spin, height, 0.25, 2e-4, stiffness(ratio)).run()
+    steps = Steps(velocity, spin, height, 0.25, 5e-4, stiffness(ratio)).run()
     found = rebounds(velocity, spin, height, 0.25, tangential_stiffness=stiffness(ratio))
     for one, other in zip(found[:2], steps[:2], strict=True):
         assert one == pytest.approx(other, abs=1e-3)
@@ -323,7 +323,7 @@ def test_a_stiff_spring_is_a_rigid_nose(height, friction):
 
 def test_energy_is_never_gained_and_the_tolerance_holds():
     random = np.random.default_rng(4)
-    for velocity, spin, height, sine, friction in random_contacts(60):
+    for velocity, spin, height, sine, friction in random_contacts(30):
         spring = {'tangential_stiffness': stiffness(random.choice([0.5, 1.0, 1.8, 3.0]))}
         coarse = rebounds(velocity, spin, height, sine, friction, 1e-5, **spring)
         fine = rebounds(velocity, spin, height, sine, friction, 1e-8, **spring)

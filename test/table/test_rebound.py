@@ -114,7 +114,7 @@ class Steps:
     spin: np.ndarray
     height: float
     sine: float
-    step: float = 1e-4
+    step: float = 2e-4
     stiffness: float = 0.0  # of the tangential spring; 0: none
 
     def run(self):

@@ -90,7 +90,7 @@ def check_nothing_happens_to_balls_that_are_gone(run):
 
 
 def test_nothing_is_missed_nothing_overlaps_nothing_is_gained():
-    check_random_tables(500, 1)
+    check_random_tables(300, 1)
 
 
 @pytest.mark.nightly
