@@ -108,7 +108,7 @@ def pots(report, clock, count, factor, seed):
     middle = [gain for place, gain in gains.items() if 0.2 < np.mean(bins[place], axis=0)[1] < 0.8]
     report.row(f' {name}gain in the worst class', min(gains.values()), 'points')
     report.row(
-        f'{name}gain in the worst class, plus two standard errors',
+        f' {name}gain in the worst class, plus two standard errors',
         min(gains[place] + unsure[place] for place in bins),
         'points',
         -1e-9,

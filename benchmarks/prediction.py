@@ -143,7 +143,7 @@ def main():
     report.row('billiard-shot plan blocked --pot 8, in a new process', took, 's', FIRST_PLAN)
     alone = [fresh(BARE) for _ in range(5)]
     took = min(float(lines[0]) for lines in alone)
-    report.row('import billiard_shot', took, 's')
+    report.row(' import billiard_shot', took, 's')
     report.row('    over the import of NumPy', took / float(bare), 'x', IMPORT)
     loaded = float(alone[0][1] != '[]')
     report.row('    SciPy, matplotlib or numba imported with it', loaded, '', 0.5)

@@ -84,7 +84,7 @@ def as_table(found, page):
     ]
     group = ''  # of rows with the same words before a colon, which only the first one shows
     for row in found['rows']:
-        if row['name'].startswith(' ') and row['limit'] is None:
+        if row['name'].startswith(' ') and (row['limit'] is None or row['kept']):
             continue  # a detail, which only the benchmark itself prints
         unit = UNITS.get(row['unit'], row['unit'])
         cpu = '' if row['cpu'] is None else f' (CPU {row["cpu"]:.3g})'

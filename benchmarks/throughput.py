@@ -131,7 +131,7 @@ def direct_shots(report, crowded, exact):
     states = {name: BallState(position[:, i]) for i, name in enumerate(others[0].balls)}
     (took,) = in_turns(lambda: shots(crowded, states))
     report.row('shots() of a state with 15 balls', took / len(position), 'us')
-    report.row('the same over an exact stroke there', took / len(position) / exact, 'x', SHOTS)
+    report.row('    over an exact stroke there', took / len(position) / exact, 'x', SHOTS)
 
 
 def plans(report, exact):
@@ -152,7 +152,7 @@ def plans(report, exact):
 
         took = once(all_plans)
         report.row(
-            f'plans, {len(given)} {name}: strokes in a CPU second',
+            f' plans, {len(given)} {name}: strokes in a CPU second',
             sum(simulations) / took.cpu,
             '1/s',
         )
