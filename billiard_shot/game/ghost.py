@@ -17,7 +17,7 @@ def ghost(game: Game) -> Game:
     """Return a game of one player, with the rules of a game of two."""
 
     def rule(state: State, call: Call, outcome: Outcome) -> Ruling:
-        ruling = game.rule(replace(state, game=game), call, outcome)
+        ruling = game.rule(state.but(game=game), call, outcome)
         after = ruling.state
         breaks = state.phase == 'break'
         won = after.winner == state.player
@@ -25,8 +25,7 @@ def ghost(game: Game) -> Game:
         goes_on = keeps and not after.over
         counts = keeps and not ruling.fouls
         fallen = len(outcome.fallen) - len(ruling.spot) if counts else 0
-        alone = replace(
-            after,
+        alone = after.but(
             game=state.game,
             player=state.player,
             phase='play',

@@ -142,7 +142,7 @@ def after_shot(state: State, fouls: tuple[Foul, ...], *, keeps: bool, **changes:
         'in_hand': '',
         'choices': (),
     }
-    return replace(state, **{**new, **changes})
+    return state.but(**{**new, **changes})
 
 
 def in_words(fouls: tuple[Foul, ...], otherwise: str) -> str:
@@ -332,7 +332,8 @@ def judge(
     check_call(state, call)
     check_outcome(state, outcome)
     ruling = settled(state.game.rule(state, call, outcome), outcome)
-    return replace(ruling, state=ruling.arrange(ruling.state)) if ruling.arrange else ruling
+    after = replace(ruling.state)  # which checks it
+    return replace(ruling, state=ruling.arrange(after) if ruling.arrange else after)
 
 
 def settled(ruling: Ruling, outcome: Outcome) -> Ruling:
@@ -343,7 +344,7 @@ def settled(ruling: Ruling, outcome: Outcome) -> Ruling:
         balls.pop(CUE_BALL, None)
     if ruling.spot:
         balls = spotted(state, balls, ruling.spot)
-    return replace(ruling, state=replace(state, balls=balls), miscue=outcome.miscue)
+    return replace(ruling, state=state.but(balls=balls), miscue=outcome.miscue)
 
 
 def choose(state: State, choice: str, seconds: float = 0.0) -> State:

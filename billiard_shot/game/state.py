@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+import copy
 import dataclasses
 from dataclasses import dataclass, field, replace
 from importlib import import_module
@@ -511,7 +512,14 @@ class State:
 
     def without(self, ball: str) -> Self:
         """Return the state without a ball."""
-        return replace(self, balls={name: at for name, at in self.balls.items() if name != ball})
+        return self.but(balls={name: at for name, at in self.balls.items() if name != ball})
+
+    def but(self, **changes: Any) -> Self:
+        """Return the state with changes that nobody checks: players rule on many strokes."""
+        changed = copy.copy(self)
+        for field_name, value in changes.items():
+            object.__setattr__(changed, field_name, value)
+        return changed
 
     def no_place(self, x: float, y: float) -> str:
         """Say where the cue ball in hand must be, if not at (x, y) [m]; empty if there."""
