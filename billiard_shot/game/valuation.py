@@ -11,12 +11,11 @@ from numpy.typing import NDArray
 from billiard_shot.game.referee import settled
 from billiard_shot.game.state import Call, Game, Outcome, Ruling, State
 from billiard_shot.planning.shots import DirectShots, open_pockets, shots
-from billiard_shot.planning.within_noise import along_azimuth, play_within_noise
+from billiard_shot.planning.within_noise import play_within_noise
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL, head_string
-from billiard_shot.scene.player import A, B, ELEVATION, SPEED
-from billiard_shot.shot.effects import model_of
+from billiard_shot.scene.player import B, ELEVATION, SPEED
 from billiard_shot.shot.play import StrokeBatch
 from billiard_shot.table.model.motion import NOTHING
 from billiard_shot.table.run.results import POCKET_NAMES
@@ -185,9 +184,8 @@ def shots_left(
     """
     needed = np.zeros((2, *states.present.shape), np.bool_)
     for number, state in enumerate(after):
-        needs = state.game.needs
-        for who, player in enumerate((state.player, state.other)):
-            balls = needs(state, player)
+        for who, player in enumerate((state.player, state.other)[: state.game.players]):
+            balls = state.game.needs(state, player)
             needed[who, kind == number] = [name in balls for name in states.names]
     needed &= states.present
     lying = states.present & (np.array(states.names) != CUE_BALL)
@@ -291,12 +289,12 @@ def value(state: State, player: int, chance: Array, left: NDArray[np.int64]) -> 
 
 
 FOLLOWED_SHOTS = 2  # direct shots of each end state that are followed
-# a, b [ball radii] and the speed relative to that of the direct shot
-STROKES = np.array(
-    [(0.0, b, speed) for b in (0.0, 0.3, -0.3) for speed in (1.0, 1.6)]
-    + [(0.25, 0.1, 1.0), (-0.25, 0.1, 1.0)]
-)
-LIFT_STEP = 0.02  # rad: elevations are rounded to multiples of it, so that few strikes are solved
+# b [ball radii] and the speed relative to that of the direct shot. Side spin changes the throw: of
+# strokes with a = 0.25 four in five missed.
+STROKES = np.array([(b, speed) for b in (0.0, 0.3, -0.3) for speed in (1.0, 1.6)])
+# A low tip needs a steeper cue: by so much for each ball radius, relative to the elevation of the
+# direct shot. With less, most draw strokes have no room for the cue.
+DRAW_RAISES = 1.5
 
 
 class Continuations(NamedTuple):
@@ -325,8 +323,9 @@ def second_ply(scene: Scene, player: int, batch: RuledBatch, first: Array) -> Ar
     -------
     (n,) float array
         The largest value of the strokes that follow, without errors but with the chance of their
-        shots; `first` where none of them pots. A stroke without room for the cue is refused; one
-        whose tip slides, or whose cue hits the cue ball again, does not count.
+        shots; `first` where there is no direct shot. If none of the strokes pots, there is no
+        chance: often the cue ball lies too near to a ball. A stroke without room for the cue is
+        refused; one whose tip slides, or whose cue hits the cue ball again, does not count.
 
     """
     names = batch.states.names
@@ -349,10 +348,14 @@ def second_ply(scene: Scene, player: int, batch: RuledBatch, first: Array) -> Ar
         & ~played.double_hit
         & ~played.miscue
     )
-    found = np.full(len(first), -np.inf)
-    value = _values_after(scene, batch, direct, followed, potted, played.states)
-    np.maximum.at(found, followed.row[potted], value[potted])
-    return np.where(np.isfinite(found), found, first)
+    game, left = batch.after[0].game, shots_left(scene, batch.after, batch.kind, batch.states)
+    found = first.copy()
+    found[direct.table] = at_table(np.zeros(len(first)), game, left)[direct.table]
+    then = _values_after(scene, batch, direct, followed, potted, played.states)
+    p, row = direct.chance[followed.shot], followed.row
+    value = p * then + (1.0 - p) * miss_value(game, left)[row]
+    np.maximum.at(found, row[potted], value[potted])
+    return found
 
 
 def _follow(scene: Scene, states: TableStates, direct: DirectShots) -> Continuations:
@@ -363,11 +366,9 @@ def _follow(scene: Scene, states: TableStates, direct: DirectShots) -> Continuat
     shot = np.repeat(chosen, len(STROKES))
     row = direct.table[shot]
     strokes = direct.offsets[shot]
-    a, b, faster = np.tile(STROKES, (len(chosen), 1)).T
-    strokes[:, A], strokes[:, B] = a, b
-    strokes[:, ELEVATION] = np.ceil(strokes[:, ELEVATION] / LIFT_STEP) * LIFT_STEP
+    strokes[:, B], faster = np.tile(STROKES, (len(chosen), 1)).T
+    strokes[:, ELEVATION] *= 1.0 - DRAW_RAISES * np.minimum(strokes[:, B], 0.0)
     strokes[:, SPEED] = np.minimum(strokes[:, SPEED] * faster, scene.robot.speed_max)
-    strokes = along_azimuth(model_of(scene), strokes)
     return Continuations(row, shot, strokes, states.take(row))
 
 
@@ -379,7 +380,7 @@ def _values_after(
     potted: NDArray[np.bool_],
     ends: TableStates,
 ) -> Array:
-    """Value strokes that pot, by the chance of the shot, and the best shot that they leave."""
+    """Value what strokes that pot leave."""
     before, ball = batch.kind[followed.row], direct.ball[followed.shot]
     ways = set(zip(before[potted].tolist(), ball[potted].tolist(), strict=True))
     after: list[State] = []
@@ -392,8 +393,5 @@ def _values_after(
         if after[-1].object_balls:
             masks[rows] = may_pot(after[-1], ends.names)
     chance = shots(scene, ends, masks).best
-    game = batch.after[0].game
-    missed = miss_value(game, shots_left(scene, batch.after, batch.kind, batch.states))
-    p = direct.chance[followed.shot]
-    then = at_table(chance, game, shots_left(scene, after, kind, ends))
-    return p * then + (1.0 - p) * missed[followed.row]
+    left = shots_left(scene, after, kind, ends)
+    return at_table(chance, batch.after[0].game, left)

@@ -568,7 +568,8 @@ def test_a_stroke_whose_cue_hits_the_cue_ball_again_does_not_count(monkeypatch):
     batch = end_states({'cue': tuple(place), '1': tuple(ball), '2': (0.9, -0.45)})
     first = values(NINE_FOOT, 0, batch)
     monkeypatch.setattr('billiard_shot.game.valuation.play_within_noise', play)
-    assert second_ply(NINE_FOOT, 0, batch, first).tolist() == first.tolist()
+    assert first[0] > 0.5
+    assert second_ply(NINE_FOOT, 0, batch, first).tolist() == [0.0]
     potted = played[0].pocket[:, 1] != NOTHING
     assert played[0].double_hit[potted].mean() > 0.5
 
