@@ -29,7 +29,7 @@ from billiard_shot.table.model.motion import NOTHING
 from billiard_shot.table.run.results import POCKET_NAMES
 from billiard_shot.table.run.states import TableStates
 
-FOLLOWED_ENDS = 8  # end states of a stroke whose next shots are followed
+FOLLOWED_ENDS = 1 / 6  # share of the end states of a stroke whose next shots are followed
 
 
 class Position(NamedTuple):
@@ -55,6 +55,19 @@ class Rating(NamedTuple):
     value: float  # mean
     success: float  # share of the executions that keep the turn
     turn: float = 0.0  # rad: mean error of the azimuth of these
+    errors: int = 0  # with which it was tried
+
+    def with_more(self, other: 'Rating') -> 'Rating':
+        """Combine with a rating of the same idea by other errors."""
+        errors = self.errors + other.errors
+        kept = self.success * self.errors, other.success * other.errors
+        return Rating(
+            self.idea,
+            (self.value * self.errors + other.value * other.errors) / errors,
+            sum(kept) / errors,
+            (self.turn * kept[0] + other.turn * kept[1]) / max(sum(kept), 1.0),
+            errors,
+        )
 
     @property
     def turned(self) -> Idea:
@@ -109,7 +122,7 @@ def rate(
         batch, kept, value = rule_strokes(position, run, [idea.call for idea in own], plies)
         mean, success = value.mean(axis=1), kept.mean(axis=1)
         if plies > 1:
-            some = kept & (np.cumsum(kept, axis=1) <= FOLLOWED_ENDS)
+            some = kept & (np.cumsum(kept, axis=1) <= max(1, round(FOLLOWED_ENDS * len(errors))))
             some[[idea.call.passes for idea in own]] = False
             chosen = np.flatnonzero(some)
             first = value.ravel()[chosen]
@@ -118,7 +131,8 @@ def rate(
             change.ravel()[chosen] = second - first
             mean += success * change.sum(axis=1) / np.maximum(some.sum(axis=1), 1)
         turn = (kept @ errors[:, AZIMUTH]) / np.maximum(kept.sum(axis=1), 1)
-        rated += map(Rating, own, mean.tolist(), success.tolist(), turn.tolist())
+        count = [len(errors)] * len(own)
+        rated += map(Rating, own, mean.tolist(), success.tolist(), turn.tolist(), count)
     return rated
 
 
@@ -158,7 +172,7 @@ TIP_OFFSETS = (
 )
 # Changes of the direction of the ball [rad] that are tried for each stroke, because of throw.
 AIM_CHANGES = np.radians([-3.0, -1.5, 0.0, 1.5, 3.0])
-FOLLOWED = 60  # pots whose end states are followed by a second shot
+FOLLOWED = 5  # strokes of a direct shot, in the mean, whose end states are followed by another
 MIN_POTTING_DIRECTIONS = 3  # directions that have to pot; with fewer the guess is smaller
 SAFETY_BALLS = 4  # balls at which safeties are aimed
 HEIGHT, FASTER = 0.1, 0.2  # standard deviations of variations: of b, and of the logarithm of speed
@@ -205,7 +219,7 @@ def pots(
     offsets[:, AZIMUTH] += middle
     guess = (kept * value).sum(axis=1) / count
     if plies > 1:
-        best = np.argsort(-guess, kind='stable')[:FOLLOWED]
+        best = np.argsort(-guess, kind='stable')[: FOLLOWED * len(which)]
         best = best[kept[best].any(axis=1)]
         away = np.abs(np.where(kept, turns - middle[:, np.newaxis], np.inf))
         chosen = best * len(AIM_CHANGES) + np.argmin(away[best], axis=1)
@@ -228,7 +242,10 @@ def _aimed(
     offsets[:, A], offsets[:, B] = scene.robot.offset_max * a, scene.robot.offset_max * b
     offsets[:, SPEED] *= factor
     offsets, playable = raised(scene, offsets)
-    return along_azimuth(model_of(scene), offsets[playable]), shot[playable]
+    offsets, shot = offsets[playable], shot[playable]
+    aside = offsets[:, A] != 0.0  # without side spin the ball goes straight on
+    offsets[aside] = along_azimuth(model_of(scene), offsets[aside])
+    return offsets, shot
 
 
 def indirect_pots(position: Position) -> list[Idea]:

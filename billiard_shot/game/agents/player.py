@@ -51,10 +51,12 @@ from billiard_shot.shot.stroke import Stroke
 
 SHOTS, TIPS = 12, 9  # direct shots that are tried, at points of contact of the tip
 PLACES_IN_HAND, TIPS_IN_HAND = 12, 5  # places of the cue ball in hand that are tried; tips at each
-FINALISTS, ERRORS_EACH = 40, 60  # ideas with errors, and errors of each
-IDEAS_AT_ONCE = 5  # ideas that are tried between two readings of the clock
-WINNERS, MORE_SAMPLES = 5, 200  # of these, ideas with more errors, and errors of each
-VARIED, VARIATIONS = 3, 12  # of these, ideas that are varied, and variations of each
+# Ideas race: they are tried with some errors, and the best third of them with more errors.
+FINALISTS, FIRST_ERRORS, SECOND_ERRORS = 40, 12, 36
+IDEAS_AT_ONCE = 10  # ideas that are tried between two readings of the clock
+VARIED, VARIATIONS = 3, 12  # of the best, ideas that are varied, and variations of each
+WINNERS, ERRORS_EACH = 5, 96  # the best of all, and errors of each
+MORE_ERRORS = 200  # with which the success of the best one is stated
 POOR = 0.6  # success below which other strokes compete
 OTHERS = 16  # of which so many of each kind are tried with errors
 # A stroke into touching balls takes long. If more pairs touch than so many, at distances [m] up to
@@ -264,25 +266,31 @@ class Player:
     def _tried(self, ideas: list[Idea], finalists: int) -> Iterator[list[Rating]]:
         """Try the best ideas with errors, then the best of these with more errors."""
         ranked = sorted(ideas, key=lambda idea: -idea.guess)[: self._many(finalists)]
-        errors = self._errors(ERRORS_EACH)
+        errors = self._errors(FIRST_ERRORS), self._errors(SECOND_ERRORS)
         rated: list[Rating] = []
         for i in range(0, len(ranked), IDEAS_AT_ONCE):
-            rated = _by_value(rated + self._rate(ranked[i : i + IDEAS_AT_ONCE], errors))
+            rated = _by_value(rated + self._rate(ranked[i : i + IDEAS_AT_ONCE], errors[0]))
             yield rated
         if not rated:
             return
+        rated = self._raced(rated, errors[1])
+        yield rated
         for each in rated[: self._fewer(VARIED)]:
             some = variations(each.turned, self._many(VARIATIONS), self._draw)
-            rated = rated + self._rate(some, errors)
-            yield _by_value(rated)
-        rated, errors = _by_value(rated), self._errors(MORE_SAMPLES)
-        again: list[Rating] = []
-        for each in rated[: self._fewer(WINNERS)]:
-            again += self._rate([each.turned], errors)
-            yield rated
-        again = _by_value(again)
+            rated += self._raced(_by_value(self._rate(some, errors[0])), errors[1])
+        rated = _by_value(rated)
+        yield rated
+        some = [each.turned for each in rated[: self._fewer(WINNERS)]]
+        again = _by_value(self._rate(some, self._errors(ERRORS_EACH)))
+        yield again
         # The largest of several estimates is too large: state the one of new errors.
-        yield self._rate([again[0].idea], self._errors(MORE_SAMPLES)) + again[1:]
+        yield self._rate([again[0].idea], self._errors(MORE_ERRORS)) + again[1:]
+
+    def _raced(self, rated: list[Rating], errors: Array) -> list[Rating]:
+        """Try the best third of ideas with more errors; return it, the best idea first."""
+        kept = rated[: max(1, len(rated) // 3)]
+        more = self._rate([each.idea for each in kept], errors)
+        return _by_value([one.with_more(two) for one, two in zip(kept, more, strict=True)])
 
     def _rate(self, ideas: list[Idea], errors: Array) -> list[Rating]:
         return rate(ideas, errors, self._plies, self._draw)
