@@ -8,7 +8,14 @@ from numpy.typing import NDArray
 
 from billiard_shot.game.state import Call, NO_CALL, State
 from billiard_shot.game.strokes import all_round, call_of, raised, towards
-from billiard_shot.game.valuation import rule_on, RuledBatch, second_ply, values
+from billiard_shot.game.valuation import (
+    EQUAL,
+    rule_on,
+    RuledBatch,
+    second_ply,
+    Skills,
+    values,
+)
 from billiard_shot.planning.plan import candidates
 from billiard_shot.planning.problem import places_around
 from billiard_shot.planning.shots import DirectShots
@@ -33,10 +40,11 @@ FOLLOWED_ENDS = 1 / 6  # share of the end states of a stroke whose next shots ar
 
 
 class Position(NamedTuple):
-    """A state with the cue ball placed, and the scene with its balls."""
+    """A state with the cue ball placed, the scene with its balls, and how well both play."""
 
     state: State
     scene: Scene
+    skills: Skills = EQUAL
 
 
 class Idea(NamedTuple):
@@ -87,12 +95,12 @@ def rule_strokes(
     Returns the rulings (n m,), whether each stroke keeps the turn (n, m), and its value (n, m) by
     the next shot; with no ply, whether the turn is kept. For `plies` see `rate`.
     """
-    state, scene = position
+    state, scene, skills = position
     shape = len(calls), len(run.status) // len(calls)
     every = [call for call in calls for _ in range(shape[1])]
     batch = rule_on(state, every, run)
     kept = batch.keeps(state.player)
-    value = values(scene, state.player, batch) if plies else kept.astype(float)
+    value = values(scene, state.player, batch, skills) if plies else kept.astype(float)
     return batch, kept.reshape(shape), value.reshape(shape)
 
 
@@ -127,13 +135,17 @@ def rate(
             chosen = np.flatnonzero(some)
             first = value.ravel()[chosen]
             change = np.zeros(value.shape)
-            second = second_ply(position.scene, position.state.player, batch.take(chosen), first)
-            change.ravel()[chosen] = second - first
+            change.ravel()[chosen] = _second(position, batch.take(chosen), first) - first
             mean += success * change.sum(axis=1) / np.maximum(some.sum(axis=1), 1)
         turn = (kept @ errors[:, AZIMUTH]) / np.maximum(kept.sum(axis=1), 1)
         count = [len(errors)] * len(own)
         rated += map(Rating, own, mean.tolist(), success.tolist(), turn.tolist(), count)
     return rated
+
+
+def _second(position: Position, batch: RuledBatch, first: Array) -> Array:
+    state, scene, skills = position
+    return second_ply(scene, state.player, batch, first, skills)
 
 
 def _tried(scene: Scene, strokes: Array, samples: int, draw: np.random.Generator) -> StrokeBatch:
@@ -198,7 +210,7 @@ def pots(
         As of `rate`.
 
     """
-    state, scene = position
+    scene = position.scene
     offsets, shot = _aimed(scene, direct, which, tips)
     if not len(shot):
         return []
@@ -224,7 +236,7 @@ def pots(
         away = np.abs(np.where(kept, turns - middle[:, np.newaxis], np.inf))
         chosen = best * len(AIM_CHANGES) + np.argmin(away[best], axis=1)
         first = value.ravel()[chosen]
-        guess[best] += second_ply(scene, state.player, batch.take(chosen), first) - first
+        guess[best] += _second(position, batch.take(chosen), first) - first
     share = np.minimum(kept.sum(axis=1), MIN_POTTING_DIRECTIONS) / MIN_POTTING_DIRECTIONS
     guess *= direct.chance[shot] * share
     offsets, playable = raised(scene, offsets)  # which are turned since
@@ -250,7 +262,7 @@ def _aimed(
 
 def indirect_pots(position: Position) -> list[Idea]:
     """Search for combinations, kicks and banks that keep the turn."""
-    state, scene = position
+    state, scene, _ = position
     rules = state.game
     wanted = rules.targets(state) if rules.calls else state.object_balls
     constraints = {'first_contact': rules.targets(state)}
@@ -278,7 +290,7 @@ def safeties(position: Position) -> list[Idea]:
 
     In a game without calls a ball that falls keeps the turn: there they are strokes as any other.
     """
-    state, scene = position
+    state, scene, _ = position
     x, y = state.balls[CUE_BALL]
     near = sorted(
         state.game.targets(state),

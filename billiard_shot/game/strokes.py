@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from billiard_shot.game.rack import scene_of
 from billiard_shot.game.referee import start
 from billiard_shot.game.state import Call, Decision, Game, NO_CALL, State
-from billiard_shot.game.valuation import rule_on, RuledBatch, values
+from billiard_shot.game.valuation import EQUAL, rule_on, RuledBatch, values
 from billiard_shot.planning.plan import cue_ball_at, places_all_over
 from billiard_shot.planning.problem import limits_of, raise_for_clearance
 from billiard_shot.planning.shots import DirectShots, shots
@@ -243,7 +243,7 @@ def best_break_of(scene: Scene, state: State) -> Stroke:
     """Return the best break of a state whose cue ball lies where it may not be placed anew."""
     strokes = break_strokes(scene, state)
     batch = break_racks(scene, state, strokes, range(BREAK_ROUNDS[-1][0]))
-    won = values(scene, state.player, batch).reshape(len(strokes), -1).mean(axis=1)
+    won = values(scene, state.player, batch, EQUAL).reshape(len(strokes), -1).mean(axis=1)
     return Stroke.from_offsets(*strokes[np.argmax(won), 2:].tolist())
 
 
@@ -254,7 +254,7 @@ def _search(scene: Scene, game: Game | str) -> tuple[Place, Stroke]:
     for racks, best in BREAK_ROUNDS:
         seeds = range(found.shape[1], found.shape[1] + racks)
         batch = break_racks(scene, game, strokes, seeds)
-        new = values(scene, 0, batch).reshape(len(strokes), racks)
+        new = values(scene, 0, batch, EQUAL).reshape(len(strokes), racks)
         found = np.column_stack([found, new])
         kept = np.argsort(-found.mean(axis=1), kind='stable')[:best]
         strokes, found = strokes[kept], found[kept]

@@ -128,15 +128,32 @@ AFTER_SAFETY = 0.5  # probability of the other player's shot after a safety
 IN_HAND_CHANCE, IN_KITCHEN = 0.97, 0.85  # chance of the first shot with the cue ball in hand
 
 
+class Skills(NamedTuple):
+    """Probability that a shot of the rest of the rack pots and leaves the next one."""
+
+    own: float  # of the player for whom states are valued
+    other: float
+
+    @property
+    def swapped(self) -> 'Skills':
+        """Those that the other player sees."""
+        return Skills(self.other, self.own)
+
+
+EQUAL = Skills(SHOT, SHOT)
+
+
 @cache
-def win_probabilities(shared: bool) -> Array:
+def win_probabilities(shared: bool, skills: Skills) -> Array:
     """
-    Tabulate the probability that the player at the table wins, between equal players.
+    Tabulate the probability that the player at the table wins.
 
     Parameters
     ----------
     shared : bool
         Whether both players pot the same balls.
+    skills : Skills
+        Of the player at the table, and of the other one.
 
     Returns
     -------
@@ -144,20 +161,17 @@ def win_probabilities(shared: bool) -> Array:
         By the shots that the player at the table has to make, and the other one.
 
     """
-    miss = 1.0 - SHOT
-    won = np.zeros((MOST_SHOTS + 1, MOST_SHOTS + 1))
-    won[0] = 1.0
-    if shared:
-        for mine in range(1, MOST_SHOTS + 1):  # w = s u + (1 - s) (1 - w), with u after the shot
-            won[mine] = (SHOT * won[mine - 1] + miss) / (1.0 + miss)
-        return won
-    for total in range(2, 2 * MOST_SHOTS + 1):
-        for mine in range(max(1, total - MOST_SHOTS), min(total, MOST_SHOTS + 1)):
-            others = total - mine
-            # w = s up + miss (1 - v),  v = s down + miss (1 - w), with v of the other player
-            up, down = won[mine - 1, others], won[others - 1, mine]
-            won[mine, others] = (SHOT * up + miss * (1.0 - SHOT * down - miss)) / (1.0 - miss**2)
-    return won
+    won = np.zeros((2, MOST_SHOTS + 1, MOST_SHOTS + 1))  # by who is at the table
+    won[:, 0] = 1.0
+    for mine, others in sorted(np.ndindex(won.shape[1:]), key=sum):
+        if mine and others and (mine == others or not shared):
+            for i, (s, t) in enumerate((skills, skills.swapped)):
+                # w = s up + (1 - s) (1 - v),  v = t down + (1 - t) (1 - w), v of the other player
+                up = won[i, mine - 1, others - shared]
+                down = won[1 - i, others - 1, mine - shared]
+                gained = s * up + (1.0 - s) * t * (1.0 - down)
+                won[i, mine, others] = gained / (1.0 - (1.0 - s) * (1.0 - t))
+    return won[0]
 
 
 def shots_left(
@@ -194,7 +208,7 @@ def shots_left(
     return (needed * np.where(count, 1, 1 + BLOCKED)).sum(axis=2).T
 
 
-def at_table(chance: Array, game: Game, left: NDArray[np.int64]) -> Array:
+def at_table(chance: Array, game: Game, left: NDArray[np.int64], skills: Skills) -> Array:
     """
     Value states for the player at the table.
 
@@ -205,31 +219,33 @@ def at_table(chance: Array, game: Game, left: NDArray[np.int64]) -> Array:
     game : Game
     left : (n, 2) int array
         As of `shots_left`.
+    skills : Skills
+        Of the player at the table, and of the other one.
 
     """
     mine, others = left.T
     rest = np.maximum(mine - 1, 0)
     if game.players == 1:
-        return np.where(mine > 0, chance * SHOT**rest, 1.0)
-    won = win_probabilities(game.shared)
-    missed = won[mine, others]
-    theirs = won[np.maximum(others - 1, 0), rest if game.shared else mine]
-    safety = AFTER_SAFETY * (1.0 - theirs) + (1.0 - AFTER_SAFETY) * missed
+        return np.where(mine > 0, chance * skills.own**rest, 1.0)
+    won, lost = (win_probabilities(game.shared, each) for each in (skills, skills.swapped))
+    theirs = lost[np.maximum(others - 1, 0), rest if game.shared else mine]
+    potted = AFTER_SAFETY * skills.other / SHOT
+    safety = potted * (1.0 - theirs) + (1.0 - potted) * won[mine, others]
     pot = chance * won[rest, rest if game.shared else others]
     return np.where(
-        mine > 0, np.maximum(pot + (1.0 - chance) * miss_value(game, left), safety), 1.0
+        mine > 0, np.maximum(pot + (1.0 - chance) * miss_value(game, left, skills), safety), 1.0
     )
 
 
-def miss_value(game: Game, left: NDArray[np.int64]) -> Array:
+def miss_value(game: Game, left: NDArray[np.int64], skills: Skills) -> Array:
     """Value a miss for the player at the table: the other one plays from an average place."""
     mine, others = left.T
     if game.players == 1:
         return np.zeros(len(left))
-    return 1.0 - win_probabilities(game.shared)[others, mine]
+    return 1.0 - win_probabilities(game.shared, skills.swapped)[others, mine]
 
 
-def values(scene: Scene, player: int, batch: RuledBatch) -> Array:
+def values(scene: Scene, player: int, batch: RuledBatch, skills: Skills) -> Array:
     """
     Value each row of a batch for a player.
 
@@ -240,6 +256,8 @@ def values(scene: Scene, player: int, batch: RuledBatch) -> Array:
     player : int
     batch : RuledBatch
         (n,)
+    skills : Skills
+        Of this player and the other one.
 
     Returns
     -------
@@ -255,7 +273,7 @@ def values(scene: Scene, player: int, batch: RuledBatch) -> Array:
     for number, ruling in enumerate(batch.kinds):
         rows = batch.kind == number
         if not ruling.miscue:
-            found[rows] = value(ruling.state, player, chance[rows], left[rows])
+            found[rows] = value(ruling.state, player, chance[rows], left[rows], skills)
     return found
 
 
@@ -274,15 +292,34 @@ def may_pot(state: State, names: tuple[str, ...]) -> list[bool]:
     return [name in targets for name in names]
 
 
-def value(state: State, player: int, chance: Array, left: NDArray[np.int64]) -> Array:
-    """Value a state for a player, with chances (n,) of the next shot, and `shots_left`."""
+def value(
+    state: State, player: int, chance: Array, left: NDArray[np.int64], skills: Skills
+) -> Array:
+    """
+    Value a state for a player.
+
+    Parameters
+    ----------
+    state : State
+    player : int
+    chance : (n,) float array
+        Of the next shot, if the player plays it; those of the other one are by its skill.
+    left : (n, 2) int array
+        As of `shots_left`.
+    skills : Skills
+        Of this player and the other one.
+
+    """
     if state.over:
         return np.full(len(chance), float(state.winner == player))
     if state.in_hand:
         chance = np.full(
             len(chance), IN_HAND_CHANCE if state.in_hand == 'anywhere' else IN_KITCHEN
         )
-    own = at_table(chance, state.game, left)
+    if state.player != player:
+        skills = skills.swapped
+        chance = np.minimum(chance * skills.own / SHOT, 1.0)
+    own = at_table(chance, state.game, left, skills)
     if 'pass' in state.choices:  # after a push-out the other player takes the better part
         own = np.maximum(own, 1.0 - own)
     return own if state.player == player else 1.0 - own
@@ -306,7 +343,9 @@ class Continuations(NamedTuple):
     states: TableStates  # n tables
 
 
-def second_ply(scene: Scene, player: int, batch: RuledBatch, first: Array) -> Array:
+def second_ply(
+    scene: Scene, player: int, batch: RuledBatch, first: Array, skills: Skills
+) -> Array:
     """
     Value end states in which a player goes on by its next two shots.
 
@@ -318,6 +357,8 @@ def second_ply(scene: Scene, player: int, batch: RuledBatch, first: Array) -> Ar
         (n,) of strokes that kept the turn.
     first : (n,) float array
         Their values by the next shot alone, see `values`.
+    skills : Skills
+        Of this player and the other one.
 
     Returns
     -------
@@ -350,10 +391,10 @@ def second_ply(scene: Scene, player: int, batch: RuledBatch, first: Array) -> Ar
     )
     game, left = batch.after[0].game, shots_left(scene, batch.after, batch.kind, batch.states)
     found = first.copy()
-    found[direct.table] = at_table(np.zeros(len(first)), game, left)[direct.table]
-    then = _values_after(scene, batch, direct, followed, potted, played.states)
+    found[direct.table] = at_table(np.zeros(len(first)), game, left, skills)[direct.table]
+    then = _values_after(scene, batch, direct, followed, potted, played.states, skills)
     p, row = direct.chance[followed.shot], followed.row
-    value = p * then + (1.0 - p) * miss_value(game, left)[row]
+    value = p * then + (1.0 - p) * miss_value(game, left, skills)[row]
     np.maximum.at(found, row[potted], value[potted])
     return found
 
@@ -379,6 +420,7 @@ def _values_after(
     followed: Continuations,
     potted: NDArray[np.bool_],
     ends: TableStates,
+    skills: Skills,
 ) -> Array:
     """Value what strokes that pot leave."""
     before, ball = batch.kind[followed.row], direct.ball[followed.shot]
@@ -394,4 +436,4 @@ def _values_after(
             masks[rows] = may_pot(after[-1], ends.names)
     chance = shots(scene, ends, masks).best
     left = shots_left(scene, after, kind, ends)
-    return at_table(chance, batch.after[0].game, left)
+    return at_table(chance, batch.after[0].game, left, skills)

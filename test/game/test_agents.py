@@ -33,11 +33,13 @@ from billiard_shot.game.strokes import best_break, best_break_of, break_racks, p
 from billiard_shot.game.valuation import (
     at_table,
     BLOCKED,
+    EQUAL,
     rule_on,
     RuledBatch,
     second_ply,
     SHOT,
     shots_left,
+    Skills,
     value,
     values,
     win_probabilities,
@@ -173,21 +175,21 @@ def test_the_greedy_agent_takes_the_best_chance():
 
 def test_the_probability_to_win_is_one_of_two_equal_players():
     for shared in (False, True):
-        won = win_probabilities(shared)
+        won = win_probabilities(shared, EQUAL)
         for mine in range(1, 9):
             for others in [mine] if shared else range(1, 9):
                 down = won[mine - 1, mine - 1 if shared else others]
                 missed = 1.0 - won[others, mine]
                 expected = SHOT * down + (1.0 - SHOT) * missed
                 assert won[mine, others] == pytest.approx(expected, abs=1e-12)
-    assert win_probabilities(False)[1, 8] > win_probabilities(False)[8, 8] > 0.5
+    assert win_probabilities(False, EQUAL)[1, 8] > win_probabilities(False, EQUAL)[8, 8] > 0.5
     for name in ('eight_ball', 'nine_ball', 'practice'):
         left = np.full((11, 2), 4)
-        rises = at_table(np.linspace(0.0, 1.0, 11), find_game(name), left)
+        rises = at_table(np.linspace(0.0, 1.0, 11), find_game(name), left, EQUAL)
         assert (np.diff(rises) >= 0.0).all()
         assert 0.0 <= rises[0] < rises[-1] <= 1.0
-        assert at_table(np.zeros(1), find_game(name), np.array([[0, 4]])) == 1.0
-    assert at_table(np.ones(1), find_game('practice'), np.ones((1, 2), int)) == 1.0
+        assert at_table(np.zeros(1), find_game(name), np.array([[0, 4]]), EQUAL) == 1.0
+    assert at_table(np.ones(1), find_game('practice'), np.ones((1, 2), int), EQUAL) == 1.0
 
 
 @pytest.mark.parametrize('limit', ['seconds', 'time_left'])
@@ -240,9 +242,9 @@ def test_after_a_push_out_the_other_player_takes_the_better_part():
     pushed = replace(state, player=1, phase='play', in_hand='', choices=('accept', 'pass'))
     chance = np.linspace(0.0, 1.0, 11)
     left = np.full((11, 2), 9)
-    own = at_table(chance, find_game('nine_ball'), left)
-    assert value(pushed, 0, chance, left) == pytest.approx(np.minimum(own, 1.0 - own))
-    assert value(pushed, 1, chance, left) == pytest.approx(np.maximum(own, 1.0 - own))
+    own = at_table(chance, find_game('nine_ball'), left, EQUAL)
+    assert value(pushed, 0, chance, left, EQUAL) == pytest.approx(np.minimum(own, 1.0 - own))
+    assert value(pushed, 1, chance, left, EQUAL) == pytest.approx(np.maximum(own, 1.0 - own))
 
 
 def test_a_scratch_that_restores_the_table_leaves_it_to_the_other_player():
@@ -268,9 +270,9 @@ def test_a_scratch_that_restores_the_table_leaves_it_to_the_other_player():
     calls = [Call(ball='1', pocket='foot_left')] * 2
     scratched = rule_on(state, calls, played)
     same = RuledBatch((Ruling(replace(state, player=1)),), np.zeros(1, int), placed(state))
-    expected = 1.0 - values(TABLE, 1, same)
+    expected = 1.0 - values(TABLE, 1, same, EQUAL)
     assert 0.0 < expected < 1.0
-    assert values(TABLE, 0, scratched) == pytest.approx(np.repeat(expected, 2), abs=1e-12)
+    assert values(TABLE, 0, scratched, EQUAL) == pytest.approx(np.repeat(expected, 2), abs=1e-12)
 
 
 def test_without_a_direct_shot_a_combination_is_found():
@@ -280,6 +282,31 @@ def test_without_a_direct_shot_a_combination_is_found():
     state = replace(state, balls=balls, in_hand='', phase='play')
     ideas = indirect_pots(Position(state, scene_of(TABLE, state)))
     assert max(ideas, key=lambda idea: idea.guess).call == Call(ball='9', pocket='foot_left')
+
+
+def test_the_better_the_other_player_the_less_a_rack_is_worth():
+    chances, left = np.linspace(0.0, 1.0, 11), np.full((11, 2), 4)
+    worth = np.ones(11)
+    for other in (0.3, 0.5, 0.9, 0.99):
+        skills = Skills(SHOT, other)
+        won = win_probabilities(False, skills)
+        lost = 1.0 - win_probabilities(False, skills.swapped)
+        for mine, others in ((1, 1), (3, 7), (8, 2)):
+            goes_on = SHOT * won[mine - 1, others] + (1.0 - SHOT) * lost[others, mine]
+            assert won[mine, others] == pytest.approx(goes_on, abs=1e-12)
+        less = at_table(chances, find_game('eight_ball'), left, skills)
+        assert (less < worth).all()
+        worth = less
+    balls = {'cue': (-0.9, 0.0), '1': (0.9, 0.1), '8': (0.9, -0.4), '9': (0.2, 0.0)}
+    state = replace(start('eight_ball', TABLE), balls=balls, in_hand='', phase='play')
+    state = replace(state, groups=('solids', 'stripes'))
+    sure = [
+        find_agent(f'player:effort=0.1,plies=1,opponent={other}')(TABLE, 1).options(state)[0].value
+        for other in (0.5, 0.99)
+    ]
+    assert sure[0] > sure[1]
+    with pytest.raises(ValueError, match='opponent must be 0 to 1'):
+        find_agent('player:opponent=1.5')(TABLE, 1)
 
 
 def test_a_safety_is_played_only_with_two_players_and_if_allowed():
@@ -399,11 +426,11 @@ def test_a_miscue_counts_as_lost_although_it_is_legal():
     run = predict_batch(scene_of(TABLE, state), offsets=offsets)
     batch = rule_on(state, [Call('1', 'foot_left')] * 17, run)
     assert 0 < run.miscue.sum() < 10
-    assert not values(TABLE, 0, batch)[run.miscue].any()
+    assert not values(TABLE, 0, batch, EQUAL)[run.miscue].any()
     assert not batch.keeps(0)[run.miscue].any()
     legal = np.array([ruling.legal for ruling in batch.kinds])[batch.kind]
     assert legal[run.miscue].any()
-    assert values(TABLE, 0, batch)[legal & ~run.miscue].any()
+    assert values(TABLE, 0, batch, EQUAL)[legal & ~run.miscue].any()
 
 
 def test_no_stroke_of_the_player_is_a_miscue():
@@ -465,7 +492,7 @@ def test_unknown_players_are_refused(capsys):
     assert agent_names() == ['greedy', 'player', 'random']
     with pytest.raises(ValueError, match='greedy, player, random'):
         find_agent('best')
-    with pytest.raises(ValueError, match=r"must be one of effort, .*, seconds, got 'skill'"):
+    with pytest.raises(ValueError, match=r"must be one of effort, .*, opponent, got 'skill'"):
         find_agent('player:skill=9')
     with pytest.raises(ValueError, match=r"effort must be a number, true or false, got 'much'"):
         find_agent('player:effort=much')
@@ -531,9 +558,9 @@ def test_a_second_ball_that_can_be_reached_is_worth_more():
     easy = near | {'2': (0.9, -0.45)}  # beside the other corner
     hard = near | {'2': (-1.2, 0.0)}  # frozen to the middle of the far cushion
     batch = end_states(easy, hard)
-    first = values(NINE_FOOT, 0, batch)
+    first = values(NINE_FOOT, 0, batch, EQUAL)
     assert first[0] == pytest.approx(first[1], abs=0.01)
-    second = second_ply(NINE_FOOT, 0, batch, first)
+    second = second_ply(NINE_FOOT, 0, batch, first, EQUAL)
     assert second[0] > second[1] + 0.1
 
 
@@ -541,7 +568,7 @@ def test_without_a_shot_the_first_value_stays():
     blocked = {'cue': (0.0, 0.0), '1': (1.2, 0.0), '2': (1.2, 0.1)}
     batch = end_states(blocked)
     first = np.array([0.123])
-    assert second_ply(NINE_FOOT, 1, batch, first).tolist() == [
+    assert second_ply(NINE_FOOT, 1, batch, first, EQUAL).tolist() == [
         0.123
     ]  # it is not this player's turn
 
@@ -549,7 +576,7 @@ def test_without_a_shot_the_first_value_stays():
 def test_the_last_two_balls_are_won_by_two_pots():
     last = {'cue': (0.7, 0.35), '1': (0.95, 0.475), '2': (0.9, -0.45)}
     batch = end_states(last)
-    assert second_ply(NINE_FOOT, 0, batch, values(NINE_FOOT, 0, batch))[0] > 0.9
+    assert second_ply(NINE_FOOT, 0, batch, values(NINE_FOOT, 0, batch, EQUAL), EQUAL)[0] > 0.9
 
 
 def test_a_stroke_whose_cue_hits_the_cue_ball_again_does_not_count(monkeypatch):
@@ -566,10 +593,10 @@ def test_a_stroke_whose_cue_hits_the_cue_ball_again_does_not_count(monkeypatch):
     ball, way = np.array([0.9, 0.45]), np.array([2.0, 1.0]) / 5.0**0.5
     place = ball - way * (2.0 * NINE_FOOT.ball.radius + 0.002)
     batch = end_states({'cue': tuple(place), '1': tuple(ball), '2': (0.9, -0.45)})
-    first = values(NINE_FOOT, 0, batch)
+    first = values(NINE_FOOT, 0, batch, EQUAL)
     monkeypatch.setattr('billiard_shot.game.valuation.play_within_noise', play)
     assert first[0] > 0.5
-    assert second_ply(NINE_FOOT, 0, batch, first).tolist() == [0.0]
+    assert second_ply(NINE_FOOT, 0, batch, first, EQUAL).tolist() == [0.0]
     potted = played[0].pocket[:, 1] != NOTHING
     assert played[0].double_hit[potted].mean() > 0.5
 
@@ -579,9 +606,9 @@ def test_a_rack_is_won_by_the_last_ball_and_the_8():
     last = {'cue': (0.7, 0.35), '1': (0.95, 0.475), '8': (0.9, -0.45)}
     groups = 'solids', 'stripes'
     batch = end_states(last | {'9': (-0.9, 0.0)}, game='eight_ball', groups=groups)
-    assert second_ply(NINE_FOOT, 0, batch, values(NINE_FOOT, 0, batch))[0] > 0.9
+    assert second_ply(NINE_FOOT, 0, batch, values(NINE_FOOT, 0, batch, EQUAL), EQUAL)[0] > 0.9
     on_8 = end_states({'cue': (0.7, -0.35), '8': (0.9, -0.45)}, game='eight_ball', groups=groups)
-    assert second_ply(NINE_FOOT, 0, on_8, values(NINE_FOOT, 0, on_8))[0] > 0.9
+    assert second_ply(NINE_FOOT, 0, on_8, values(NINE_FOOT, 0, on_8, EQUAL), EQUAL)[0] > 0.9
 
 
 def test_a_ball_that_no_pocket_is_open_to_takes_more_shots():

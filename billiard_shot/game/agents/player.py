@@ -38,13 +38,13 @@ from billiard_shot.game.strokes import (
     placed,
     places_to_try,
 )
-from billiard_shot.game.valuation import at_table, shots_left, value
+from billiard_shot.game.valuation import at_table, SHOT, shots_left, Skills, value
 from billiard_shot.planning.plan import best_in_hand
 from billiard_shot.planning.shots import DirectShots
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene
 from billiard_shot.scene.errors import refused
-from billiard_shot.scene.fields import positive, whole
+from billiard_shot.scene.fields import as_float, positive, whole
 from billiard_shot.scene.placement import CUE_BALL, Place
 from billiard_shot.scene.player import ModelError
 from billiard_shot.shot.stroke import Stroke
@@ -93,6 +93,9 @@ class Player:
         Time for the place of the cue ball and the stroke together [s], above 0; by default there
         is no limit. The player decides on the best stroke so far before the time is over. With a
         limit the same seed may give other decisions.
+    opponent : float
+        Probability that a shot of the other player pots and leaves the next one, from 0 to 1. The
+        player counts on 0.9 for itself.
 
     """
 
@@ -105,6 +108,7 @@ class Player:
         plies: int = 2,
         safe: bool = True,
         seconds: float | None = None,
+        opponent: float = SHOT,
     ) -> None:
         if plies not in (0, 1, 2):
             raise refused(plies, '0, 1 or 2', 'plies')
@@ -114,6 +118,9 @@ class Player:
         self._effort, self._plies = positive('effort', effort, ''), plies
         self._share = 1.0  # of the ideas and errors
         self._safe = safe
+        if not 0.0 <= as_float(opponent) <= 1.0:
+            raise refused(opponent, '0 to 1', 'opponent')
+        self._skills = Skills(SHOT, opponent)
         self._seconds = math.inf if seconds is None else positive('seconds', seconds, 's')
         self._planned: tuple[State, list[Rating], float] | None = None
 
@@ -192,7 +199,7 @@ class Player:
             if CUE_BALL in after.balls:
                 chance = direct_shots(self._scene, after).best
             left = _shots_left(self._scene, after)
-            found[choice] = float(value(after, state.player, chance, left)[0])
+            found[choice] = float(value(after, state.player, chance, left, self._skills)[0])
         return max(found, key=lambda choice: found[choice])
 
     def _limit(self, state: State) -> float:
@@ -224,7 +231,7 @@ class Player:
         ideas: list[Idea] = []
         for position, which in self._positions(state, places, direct):
             if not best:
-                best = [_as_it_is(position, direct, int(which[0]))]
+                best = [self._as_it_is(position, direct, int(which[0]))]
                 yield best
             tips = TIPS if places is None else TIPS_IN_HAND
             ideas += pots(position, direct, which, tips, self._plies)
@@ -235,7 +242,7 @@ class Player:
             yield best
         if places is not None or (best and best[0].success >= POOR):
             return
-        position = Position(state, scene_of(self._scene, state))
+        position = self._position(state)
         kinds = [indirect_pots]
         if self._safe and state.game.players > 1:
             kinds.append(safeties)
@@ -254,14 +261,25 @@ class Player:
         if places is None:
             best = np.argsort(-direct.chance, kind='stable')[: self._many(SHOTS)]
             if len(best):
-                yield Position(state, scene_of(self._scene, state)), best
+                yield self._position(state), best
             return
         order = best_in_hand(direct)
         pair = np.column_stack([direct.ball, direct.pocket])[order]
         _, first = np.unique(pair, axis=0, return_index=True)
         for number in order[np.sort(first)][: self._many(PLACES_IN_HAND)].tolist():
             there = state.with_cue_ball(*places[direct.table[number]].tolist())
-            yield Position(there, scene_of(self._scene, there)), np.array([number])
+            yield self._position(there), np.array([number])
+
+    def _position(self, state: State) -> Position:
+        return Position(state, scene_of(self._scene, state), self._skills)
+
+    def _as_it_is(self, position: Position, direct: DirectShots, number: int) -> Rating:
+        """Take a direct shot by its chance, without having tried it."""
+        chance, game = direct.chance[number], position.state.game
+        left = _shots_left(position.scene, position.state)
+        won = float(at_table(np.array([chance]), game, left, self._skills)[0])
+        idea = Idea(position, direct.offsets[number], call_of(direct, number), won)
+        return Rating(idea, won, float(chance))
 
     def _tried(self, ideas: list[Idea], finalists: int) -> Iterator[list[Rating]]:
         """Try the best ideas with errors, then the best of these with more errors."""
@@ -320,16 +338,6 @@ def _decision(rated: list[Rating]) -> Decision:
         success=None if call.passes else best.success,
         reason=reason,
     )
-
-
-def _as_it_is(position: Position, direct: DirectShots, number: int) -> Rating:
-    """Take a direct shot by its chance, without having tried it."""
-    chance = direct.chance[number]
-    state = position.state
-    left = _shots_left(position.scene, state)
-    won = float(at_table(np.array([chance]), state.game, left)[0])
-    idea = Idea(position, direct.offsets[number], call_of(direct, number), won)
-    return Rating(idea, won, float(chance))
 
 
 def _shots_left(scene: Scene, state: State) -> NDArray[np.int64]:
