@@ -205,7 +205,8 @@ def hit_something(scene: Scene, state: State) -> Decision:
         legal = np.flatnonzero(met & ~run.miscue)
         if len(legal):
             stroke = Stroke.from_offsets(*offsets[legal[-1]].tolist())
-            call = Call(safety=True) if state.game.calls else NO_CALL
+            alone = state.game.players == 1  # then a safety ends the visit, and with it the rack
+            call = Call(safety=True) if state.game.calls and not alone else NO_CALL
             return Decision(stroke, call, reason='no direct shot')
     return Decision(reason='no stroke meets a legal ball')
 
@@ -225,16 +226,17 @@ def break_stroke(scene: Scene) -> Stroke:
 # b, in ball radii.
 BEHIND, PLACES_BESIDE = 0.01, (0.0, 0.15, 0.3, 0.44)
 AIMS, BREAK_TIPS = (-0.3, 0.0, 0.3), (-0.15, 0.1)
-# Racks that the best breaks so far are tried on, and how many breaks go on to the next round. The
-# values of racks scatter by 0.35: a first round of 3 racks lost the best break.
-BREAK_ROUNDS = ((12, 8), (24, 3), (48, 1))
+# Racks of each round, the same ones for all breaks, and how many breaks at most go on after one. A
+# break that is worse than the best one by so many standard errors of the difference does not.
+BREAK_ROUNDS, BREAKS_LEFT, SURELY = (12, 24, 24), 8, 2.0
 
 
 def best_break(scene: Scene, game: Game | str) -> tuple[Place, Stroke]:
     """
     Return the place of the cue ball (x, y) [m] and the stroke of the break that is best.
 
-    The best break has the largest mean value of the states that it leaves.
+    The best break has the largest mean value of the states that it leaves. Of breaks that may be
+    equally good, it is the one that keeps the turn most often.
     """
     return _search(replace(scene, balls={}), game)
 
@@ -242,7 +244,7 @@ def best_break(scene: Scene, game: Game | str) -> tuple[Place, Stroke]:
 def best_break_of(scene: Scene, state: State) -> Stroke:
     """Return the best break of a state whose cue ball lies where it may not be placed anew."""
     strokes = break_strokes(scene, state)
-    batch = break_racks(scene, state, strokes, range(BREAK_ROUNDS[-1][0]))
+    batch = break_racks(scene, state, strokes, range(sum(BREAK_ROUNDS)))
     won = values(scene, state.player, batch, EQUAL).reshape(len(strokes), -1).mean(axis=1)
     return Stroke.from_offsets(*strokes[np.argmax(won), 2:].tolist())
 
@@ -250,15 +252,19 @@ def best_break_of(scene: Scene, state: State) -> Stroke:
 @lru_cache(maxsize=16)
 def _search(scene: Scene, game: Game | str) -> tuple[Place, Stroke]:
     strokes = break_strokes(scene, start(game, scene))
-    found = np.zeros((len(strokes), 0))
-    for racks, best in BREAK_ROUNDS:
-        seeds = range(found.shape[1], found.shape[1] + racks)
+    found = np.zeros((2, len(strokes), 0))  # the value of each rack, and whether the turn is kept
+    for racks in BREAK_ROUNDS:
+        seeds = range(found.shape[2], found.shape[2] + racks)
         batch = break_racks(scene, game, strokes, seeds)
-        new = values(scene, 0, batch, EQUAL).reshape(len(strokes), racks)
-        found = np.column_stack([found, new])
-        kept = np.argsort(-found.mean(axis=1), kind='stable')[:best]
-        strokes, found = strokes[kept], found[kept]
-    x, y, *offsets = strokes[0].tolist()
+        new = np.array([values(scene, 0, batch, EQUAL), batch.keeps(0)])
+        found = np.concatenate([found, new.reshape(2, len(strokes), racks)], axis=2)
+        won = found[0]
+        order = np.argsort(-won.mean(axis=1), kind='stable')[:BREAKS_LEFT]
+        behind = won[order[0]] - won[order]
+        error = behind.std(axis=1) / math.sqrt(won.shape[1])
+        going = order[behind.mean(axis=1) <= SURELY * error]
+        strokes, found = strokes[going], found[:, going]
+    x, y, *offsets = strokes[np.argmax(found[1].mean(axis=1))].tolist()
     return (x, y), Stroke.from_offsets(*offsets)
 
 

@@ -29,7 +29,13 @@ from billiard_shot.game.rack import (
     summary,
 )
 from billiard_shot.game.state import find_game, outcome_of
-from billiard_shot.game.strokes import best_break, best_break_of, break_racks, placed
+from billiard_shot.game.strokes import (
+    best_break,
+    best_break_of,
+    break_racks,
+    hit_something,
+    placed,
+)
 from billiard_shot.game.valuation import (
     at_table,
     BLOCKED,
@@ -321,10 +327,13 @@ def test_a_safety_is_played_only_with_two_players_and_if_allowed():
     )
     assert find_agent('player:effort=0.3')(TABLE, 1).decide(state).call.safety
     assert not find_agent('player:effort=0.3,safe=false')(TABLE, 1).decide(state).call.safety
+    alone = replace(state, game=find_game('eight_ball_ghost'))
+    assert not find_agent('player:effort=0.3')(TABLE, 1).decide(alone).call.safety
+    assert not hit_something(scene_of(TABLE, alone), alone).call.safety
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(('game', 'kept'), [('eight_ball', 0.75), ('nine_ball', 0.45)])
+@pytest.mark.parametrize(('game', 'kept'), [('eight_ball', 0.75), ('nine_ball', 0.85)])
 def test_breaks_pot_a_ball_and_do_not_scratch(game, kept):
     place, stroke = best_break(TABLE, game)
     assert start(game, TABLE).no_place(*place) == ''
