@@ -528,7 +528,7 @@ def test_touching_balls_get_fewer_trials_because_their_strokes_take_long(monkeyp
 
     def rate(ideas, errors, plies, draw):
         trials[-1] += len(ideas) * len(errors)
-        return [Rating(idea, 0.5, 0.5) for idea in ideas]
+        return [Rating(idea, 0.5, 0.5, 0.0, len(errors)) for idea in ideas]
 
     def safeties(position):
         stroke = np.array([0.0, 0.0, 0.1, 0.0, 1.0])
