@@ -109,8 +109,7 @@ def run(options: argparse.Namespace) -> int:
             for rack in progress(play_racks(pairing, numbers, executor), 'racks', len(numbers)):
                 racks[rack.number] = rack
                 if options.output:
-                    with options.output.open('a', encoding='utf-8') as file:
-                        file.write(json.dumps(rack.to_dict(), allow_nan=False) + '\n')
+                    append_rack(options.output, rack)
     except KeyboardInterrupt:
         if not racks:
             raise
@@ -135,6 +134,12 @@ def _known(path: Path | None, pairing: Pairing, count: int) -> dict[int, RackRec
         if rack.number < count:
             found[rack.number] = rack
     return found
+
+
+def append_rack(path: Path, rack: RackRecord) -> None:
+    """Append a rack to a file, as a line."""
+    with path.open('a', encoding='utf-8') as file:
+        file.write(json.dumps(rack.to_dict(), allow_nan=False) + '\n')
 
 
 def read_racks(path: Path, option: str) -> list[RackRecord]:

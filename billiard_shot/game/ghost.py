@@ -31,7 +31,7 @@ def ghost(game: Game) -> Game:
             phase='play',
             in_hand='anywhere' if breaks and goes_on else '',
             choices=(),
-            scores=added(after.scores, state.player, fallen),
+            scores=added(state.scores, state.player, fallen),
             over=not goes_on,
             winner=state.player if won else None,
         )

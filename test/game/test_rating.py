@@ -9,7 +9,7 @@ import math
 import numpy as np
 import pytest
 
-from billiard_shot.cli import main
+from billiard_shot.cli import main, rate
 from billiard_shot.game import Call, judge, Outcome, Pairing, play, start, State
 from billiard_shot.game.rack import play_racks, PlayedShot, RackRecord
 from billiard_shot.game.rating import ratings, tally
@@ -141,6 +141,22 @@ def test_a_ladder_is_played_by_any_executor_and_rated(tmp_path, capsys):
     assert 'fargorate.com' in said
 
 
+def test_a_ladder_goes_on_where_it_was_ended(tmp_path, capsys, monkeypatch):
+    rungs = 'greedy@fargo_400', 'greedy@fargo_500'
+    monkeypatch.setattr(rate, 'RUNGS', rungs)
+    path = tmp_path / 'ladder.jsonl'
+    words = ['rate', 'greedy@none', '--scene', 'seven_foot', '--workers', '1', '--json']
+    for count in (5, 20, 20):
+        assert main([*words, '--ladder', str(path), '--racks', str(count)]) == 0
+        rows = {row['player']: row for row in json.loads(capsys.readouterr().out)}
+        assert len(path.read_text().splitlines()) == count
+    assert [rows[name]['racks'] for name in ('greedy@none', *rungs)] == [20, 10, 10]
+    assert sum(row['wins'] for row in rows.values()) == 20
+    best = rows['greedy@none']
+    assert best['rating'] > rows['greedy@fargo_400']['rating']
+    assert 50.0 < best['reach'] < 400.0
+
+
 @pytest.mark.parametrize(
     ('words', 'message'),
     [
@@ -148,6 +164,8 @@ def test_a_ladder_is_played_by_any_executor_and_rated(tmp_path, capsys):
         (['greedy', '--match', 'FILE'], 'rate needs either AGENT or --match'),
         (['--match', 'FILE'], "line 1 must be the record of a rack, got 'hello'"),
         (['--match', 'nowhere.jsonl'], 'nowhere.jsonl'),
+        (['--match', 'FILE', '--ladder', 'FILE'], '--ladder needs AGENT, not --match'),
+        (['greedy', '--ladder', 'FILE'], 'line 1 must be the record of a rack'),
     ],
 )
 def test_matches_that_cannot_be_rated_are_refused(words, message, tmp_path, capsys):
@@ -160,6 +178,7 @@ def test_matches_that_cannot_be_rated_are_refused(words, message, tmp_path, caps
 # --- racks against the ghost, and how `rate` counts them -----------------------------------------
 
 GHOSTS = 'eight_ball_ghost', 'nine_ball_ghost', 'ten_ball_ghost'
+RUNS = 'straight_pool_ghost'
 FOUR = frozenset('1234')
 
 
@@ -219,6 +238,22 @@ def test_the_decisive_ball_of_a_break_goes_back_and_does_not_count(game):
         assert after.scores[0] == 0
 
 
+def test_a_run_of_straight_pool_goes_on_over_racks():
+    """Each ball counts once; the last one but one is racked again."""
+    state = replace(start(RUNS, 'pool_table'), phase='play', in_hand='')
+    balls = {'cue': (-0.5, 0.0), '1': (-0.9, 0.4), '2': (-0.9, -0.4)}
+    state = replace(state, balls=balls, scores=(21, 0))
+    call = Call(ball='1', pocket='head_left')
+    again = judge(state, call, seen(state, ('1', 'head_left'))).state
+    assert (again.scores[0], again.player, again.over) == (22, 0, False)
+    assert len(again.object_balls) == 15
+    missed = judge(state, call, seen(state)).state
+    assert (missed.scores[0], missed.over, missed.winner) == (21, True, None)
+    last = replace(state, scores=(149, 0))
+    ended = judge(last, call, seen(last, ('1', 'head_left'))).state
+    assert (ended.scores[0], ended.over, ended.winner) == (150, True, 0)
+
+
 def test_racks_are_played_and_kept_as_those_of_other_games():
     record = play(Pairing('nine_ball_ghost', Scene.load('seven_foot'), ('greedy',)), 3)
     assert State.from_dict(record.state).over
@@ -230,16 +265,20 @@ def test_rate_counts_racks_and_balls(capsys):
     words = ['rate', 'greedy', '--scene', 'seven_foot', '--racks', '2', '--workers', '1']
     assert main([*words, '--json']) == 0
     rows = json.loads(capsys.readouterr().out)
-    assert [row['game'] for row in rows] == list(GHOSTS)
+    assert [row['game'] for row in rows] == [*GHOSTS, RUNS]
     scene = Scene.load('seven_foot')
     for row in rows:
         racks = [play(Pairing(row['game'], scene, ('greedy',)), number) for number in range(2)]
         assert row['wins'] == sum(rack.winner == 'greedy' for rack in racks)
         assert row['balls'] == sum(rack.state['scores'][0] for rack in racks) / 2
         assert row['balls_interval'][0] <= row['balls'] <= row['balls_interval'][1]
+    mean, low, high = rows[-1]['run']
+    assert low < mean < high
+    assert mean == pytest.approx(rows[-1]['balls'])
     assert main(words) == 0
     said = capsys.readouterr().out
-    assert f'{5 * sum(rack.state["scores"][0] for rack in racks)} of 100 balls' in said
+    assert f'{10 * rows[2]["balls"]:.0f} of 100 balls' in said
+    assert f'runs in straight pool: mean {mean:.1f} ({low:.1f} to {high:.1f})' in said
     assert 'billiards.colostate.edu' in said
 
 
