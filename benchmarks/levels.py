@@ -41,7 +41,7 @@ from billiard_shot.game.rating import ratings, tally
 from billiard_shot.game.referee import choose, judge
 from billiard_shot.game.state import State
 from billiard_shot.game.valuation import rule_on
-from billiard_shot.planning.statistics import percent
+from billiard_shot.planning.statistics import percent, wilson_interval
 from billiard_shot.scene.player import LEVELS, NOISES
 
 DOCS = Path(__file__).resolve().parent.parent / 'docs'
@@ -248,9 +248,27 @@ def as_page(racks, matches):
         'at the table after the break runs out. *Ghost*: nine-ball; the cue ball is in hand after',
         'the break. Racks that the break decides do not count.',
         '',
+        '| runs out | times the noise | racks | share (95 %) | model |',
+        '|---|---|---|---|---|',
+    ]
+    for game in SCALES:
+        points = points_of(racks, game)
+        a, b = logistic(points)
+        for scale in np.unique(points[:, 0]):
+            chances = points[points[:, 0] == scale, 1]
+            low, high = wilson_interval(chances.sum(), len(chances))
+            model = 1.0 / (1.0 + np.exp(-a - b * scale))
+            lines.append(
+                f'| {IN_WORDS[game]} | {np.exp(scale):g} | {len(chances)} | '
+                f'{100 * chances.mean():.1f} % ({100 * low:.1f}–{100 * high:.1f} %) | '
+                f'{100 * model:.1f} % |'
+            )
+    lines += [
+        '',
         f'Each stroke is played with {ERRORS} new errors, and the shares that keep the turn are',
-        'multiplied. The model is logistic in the logarithm of the noise, which is linear in the',
-        'rating between 500 and 800. Intervals are from resampled racks.',
+        'multiplied. The model is logistic in the logarithm of the noise. Intervals of shares are',
+        'Wilson intervals, those of levels from resampled racks. The levels 600 and 700 are',
+        'interpolated: the logarithm of the noise is linear in the rating.',
         '',
         'The levels are errors of this agent, not of people: who aims and plans worse needs',
         'smaller errors to run out as often.',
