@@ -1,10 +1,12 @@
 """The rules of eight-ball, by the numbers of WPA, The Rules of Play, 15 March 2016, part 3."""
 
 from dataclasses import replace
+from functools import partial
 
+from outcomes import numbers, outcome
 import pytest
 
-from billiard_shot.game import Call, choose, judge, Outcome, start
+from billiard_shot.game import Call, choose, judge, start
 
 START = start('eight_ball', 'pool_table', seed=4)
 PLACES = {**START.balls, 'cue': (-0.7, 0.1)}
@@ -14,22 +16,7 @@ SOLIDS = replace(OPEN, groups=('solids', 'stripes'))
 ON_EIGHT = replace(SOLIDS, balls={ball: PLACES[ball] for ball in ('cue', '8', '9', '10')})
 CALL = Call(ball='3', pocket='foot_left')
 CALL_8 = Call(ball='8', pocket='head_left')
-
-
-def after(*pots, gone=(), first='3', cushion=None, **more):
-    driven = {first} if cushion is None else cushion
-    left = {
-        ball: place
-        for ball, place in PLACES.items()
-        if ball not in gone and ball not in [each for each, _ in pots]
-    }
-    return Outcome(
-        first, pots, tuple(gone), frozenset(driven), places=more.pop('places', left), **more
-    )
-
-
-def numbers(ruling):
-    return [foul.rule for foul in ruling.fouls]
+after = partial(outcome, BREAK, first='3')
 
 
 def test_the_called_ball_keeps_the_turn_and_takes_the_group():

@@ -1,10 +1,12 @@
 """The rules of nine-ball, by the numbers of WPA, The Rules of Play, 15 March 2016, part 2."""
 
 from dataclasses import replace
+from functools import partial
 
+from outcomes import numbers, outcome
 import pytest
 
-from billiard_shot.game import Call, choose, judge, Outcome, start
+from billiard_shot.game import Call, choose, judge, start
 
 START = start('nine_ball', 'pool_table', seed=4)
 BREAK = START.with_cue_ball(-0.7, 0.1)
@@ -12,16 +14,7 @@ SECOND = replace(BREAK, phase='second', in_hand='')
 PLAY = replace(SECOND, phase='play')
 FOUR = ('1', '2', '3', '4')
 PUSH = Call(push_out=True)
-
-
-def after(*pots, gone=(), first='1', cushion=('1',), **more):
-    lost = {*gone, *(ball for ball, _ in pots)}
-    left = {ball: place for ball, place in BREAK.balls.items() if ball not in lost}
-    return Outcome(first, pots, tuple(gone), frozenset(cushion), places=left, **more)
-
-
-def numbers(ruling):
-    return [foul.rule for foul in ruling.fouls]
+after = partial(outcome, BREAK)
 
 
 def test_any_ball_that_falls_after_the_lowest_keeps_the_turn():
@@ -69,7 +62,7 @@ def test_a_push_out_may_meet_nothing_and_lets_the_other_choose():
     assert choose(ruling.state, 'accept').player == 1
     assert choose(ruling.state, 'pass').player == 0
     assert ruling.state.phase == 'play'
-    scratched = judge(SECOND, PUSH, after(('cue', 'foot_left'), first=None))
+    scratched = judge(SECOND, PUSH, after(('cue', 'foot_left'), first=None, cushion=('1',)))
     assert numbers(scratched) == ['6.1']
     assert (scratched.state.choices, scratched.state.in_hand) == ((), 'anywhere')
 

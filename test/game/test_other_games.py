@@ -1,8 +1,10 @@
 """Straight pool (WPA, part 4), three-cushion (UMB, 1989) and practice."""
 
 from dataclasses import replace
+from functools import partial
 import math
 
+from outcomes import numbers, outcome
 import pytest
 
 from billiard_shot.game import Call, choose, judge, Outcome, start
@@ -12,19 +14,7 @@ BREAK = POOL.with_cue_ball(-0.7, 0.1)
 PLAY = replace(BREAK, phase='play', in_hand='', scores=(2, 1))
 CALL = Call(ball='3', pocket='foot_left')
 CAROM = start('three_cushion', 'carom', target=2)
-
-
-def after(*pots, gone=(), first='3', cushion=None, of=PLAY, places=None, **more):
-    driven = {first} if cushion is None else cushion
-    lost = {*gone, *(ball for ball, _ in pots)}
-    left = {ball: place for ball, place in of.balls.items() if ball not in lost}
-    return Outcome(
-        first, pots, tuple(gone), frozenset(driven), places=left | (places or {}), **more
-    )
-
-
-def numbers(ruling):
-    return [foul.rule for foul in ruling.fouls]
+after = partial(outcome, PLAY, first='3')
 
 
 def test_every_ball_that_falls_with_the_called_one_is_a_point():
@@ -148,11 +138,11 @@ def test_practice_ends_with_the_first_shot_without_a_pot():
     assert (one.player, one.over) == (0, False)
     cleared = judge(one, Call(), after(('2', 'foot_left'), first='2', of=one)).state
     assert (cleared.over, cleared.winner) == (True, 0)
-    for outcome in (
+    for shot in (
         after(of=one, first='2'),
         after(('2', 'foot_left'), ('cue', 'foot_left'), of=one, first='2'),
     ):
-        ended = judge(one, Call(), outcome).state
+        ended = judge(one, Call(), shot).state
         assert (ended.over, ended.winner) == (True, None)
 
 

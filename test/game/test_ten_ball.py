@@ -1,10 +1,12 @@
 """The rules of ten-ball, by the numbers of WPA, The Rules of Play, 15 March 2016, part 9."""
 
 from dataclasses import replace
+from functools import partial
 
+from outcomes import numbers, outcome
 import pytest
 
-from billiard_shot.game import Call, choose, judge, Outcome, start
+from billiard_shot.game import Call, choose, judge, start
 
 START = start('ten_ball', 'pool_table', seed=4)
 BREAK = START.with_cue_ball(-0.7, 0.1)
@@ -14,16 +16,7 @@ FOUR = ('1', '2', '3', '4')
 PUSH = Call(push_out=True)
 ONE = Call(ball='1', pocket='foot_left')
 TEN = Call(ball='10', pocket='foot_left')
-
-
-def after(*pots, state=BREAK, first='1', cushion=('1',)):
-    lost = {ball for ball, _ in pots}
-    left = {ball: place for ball, place in state.balls.items() if ball not in lost}
-    return Outcome(first, pots, (), frozenset(cushion), places=left)
-
-
-def numbers(ruling):
-    return [foul.rule for foul in ruling.fouls]
+after = partial(outcome, BREAK)
 
 
 @pytest.mark.parametrize('seed', range(5))
@@ -65,7 +58,7 @@ def test_the_ten_wins_only_as_the_last_ball():
     assert early.state.player == 0
     assert '10' in early.state.balls  # 9.9
     last = replace(PLAY, balls={'cue': (0.0, 0.0), '10': (0.5, 0.2)})
-    pot = after(('10', 'foot_left'), state=last, first='10', cushion=('cue',))
+    pot = after(('10', 'foot_left'), of=last, first='10', cushion=('cue',))
     assert judge(last, TEN, pot).state.winner == 0
     elsewhere = replace(TEN, pocket='foot_right')
     ruling = judge(last, elsewhere, pot)
