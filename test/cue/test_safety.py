@@ -31,6 +31,8 @@ from billiard_shot.cue.safety import decide as decide_with
 
 ALL = frozenset(Condition)
 LATCHED = (SafetyState.ESTOP, SafetyState.FAULT)
+WAITING = (SafetyState.AIMING, SafetyState.AIMED, SafetyState.ARMED)
+STROKE = (SafetyState.FIRING, SafetyState.RETRACTING)
 EVERY_SET = [
     frozenset(chosen)
     for chosen in chain.from_iterable(
@@ -46,22 +48,14 @@ LEGAL = {
     (SafetyState.ARMED, SafetyEvent.FIRE): SafetyState.FIRING,
     (SafetyState.FIRING, SafetyEvent.BRAKED): SafetyState.RETRACTING,
     (SafetyState.RETRACTING, SafetyEvent.HOME): SafetyState.DISARMED,
-    (SafetyState.AIMING, SafetyEvent.EXPIRE): SafetyState.DISARMED,
-    (SafetyState.AIMED, SafetyEvent.EXPIRE): SafetyState.DISARMED,
-    (SafetyState.ARMED, SafetyEvent.EXPIRE): SafetyState.DISARMED,
-    (SafetyState.AIMING, SafetyEvent.INTERRUPTED): SafetyState.DISARMED,
-    (SafetyState.AIMED, SafetyEvent.INTERRUPTED): SafetyState.DISARMED,
-    (SafetyState.ARMED, SafetyEvent.INTERRUPTED): SafetyState.DISARMED,
-    (SafetyState.FIRING, SafetyEvent.INTERRUPTED): SafetyState.FAULT,
-    (SafetyState.RETRACTING, SafetyEvent.INTERRUPTED): SafetyState.FAULT,
-    (SafetyState.DISARMED, SafetyEvent.DISARM): SafetyState.DISARMED,
-    (SafetyState.AIMING, SafetyEvent.DISARM): SafetyState.DISARMED,
-    (SafetyState.AIMED, SafetyEvent.DISARM): SafetyState.DISARMED,
-    (SafetyState.ARMED, SafetyEvent.DISARM): SafetyState.DISARMED,
-    (SafetyState.FIRING, SafetyEvent.DISARM): SafetyState.DISARMED,
-    (SafetyState.RETRACTING, SafetyEvent.DISARM): SafetyState.DISARMED,
-    (SafetyState.ESTOP, SafetyEvent.CLEAR): SafetyState.DISARMED,
-    (SafetyState.FAULT, SafetyEvent.CLEAR): SafetyState.DISARMED,
+    **{(state, SafetyEvent.EXPIRE): SafetyState.DISARMED for state in WAITING},
+    **{(state, SafetyEvent.INTERRUPTED): SafetyState.DISARMED for state in WAITING},
+    **{(state, SafetyEvent.INTERRUPTED): SafetyState.FAULT for state in STROKE},
+    **{
+        (state, SafetyEvent.DISARM): SafetyState.DISARMED
+        for state in (SafetyState.DISARMED, *WAITING, *STROKE)
+    },
+    **{(state, SafetyEvent.CLEAR): SafetyState.DISARMED for state in LATCHED},
     **{(state, SafetyEvent.ESTOP): SafetyState.ESTOP for state in SafetyState},
     **{
         (state, SafetyEvent.FAIL): SafetyState.FAULT

@@ -3,6 +3,9 @@
 import math
 
 from billiard_shot import Scene
+from billiard_shot.planning.problem import limits_of, problem_of
+from billiard_shot.planning.targets import target_of
+from billiard_shot.scene.player import NOISES
 
 
 def table_with(**balls):
@@ -17,6 +20,12 @@ def cloth_with(**balls):
     data = Scene.load('pool').to_dict()
     data['balls'] = {name.removeprefix('b'): place for name, place in balls.items()}
     return Scene.from_dict(data)
+
+
+def problem(scene, target, noise=NOISES['tournament'], constraints=None):
+    """What a search has to solve."""
+    limits = limits_of(scene, constraints, noise)
+    return problem_of(scene, target_of(scene, target), limits, noise)
 
 
 def wall(x, low, high, first=1):

@@ -5,12 +5,11 @@ import math
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from layouts import cloth_with, table_with
+from layouts import cloth_with, problem, table_with
 import numpy as np
 import pytest
 
 from billiard_shot import predict, Stroke
-from billiard_shot.planning.problem import limits_of, problem_of
 from billiard_shot.planning.routes import (
     candidates_along,
     is_clear,
@@ -24,7 +23,7 @@ from billiard_shot.planning.runner import Runner, StoppedError
 from billiard_shot.planning.score import nearest
 from billiard_shot.planning.stages import curved_candidates, CURVES_AT_ONCE, ENOUGH
 from billiard_shot.planning.statistics import wilson_interval
-from billiard_shot.planning.targets import read_target, target_of
+from billiard_shot.planning.targets import read_target
 from billiard_shot.scene.player import NOISES
 from billiard_shot.table.model.motion import SegmentRecord
 
@@ -33,7 +32,7 @@ SCENE = table_with(cue=(-0.4, 0.1), b8=(0.5, 0.2), b1=(0.2, -0.3))
 
 
 def problem_in(scene, target, **constraints):
-    return problem_of(scene, target_of(scene, target), limits_of(scene, constraints, NOISE), NOISE)
+    return problem(scene, target, NOISE, constraints)
 
 
 @pytest.mark.parametrize(

@@ -1,13 +1,11 @@
 """Maps of the strike agree with exact strikes, and are used only where they do."""
 
-from layouts import cloth_with, table_with
+from layouts import cloth_with, problem, table_with
 import numpy as np
 import pytest
 
 from billiard_shot import predict_batch, predict_within_noise, Scene, Status
-from billiard_shot.planning.problem import limits_of, problem_of
 from billiard_shot.planning.runner import evaluate_strokes, penalties_of, simulate_strokes
-from billiard_shot.planning.targets import target_of
 from billiard_shot.planning.within_noise import (
     bounds_of,
     DEVIATION_SHARE,
@@ -29,11 +27,7 @@ from billiard_shot.table.strike.placement import FARTHEST, SOLVED
 
 SCENE = Scene.load('blocked')
 NOISE = NOISES['tournament']
-
-
-def problem(noise=NOISE):
-    limits = limits_of(SCENE, None, noise)
-    return problem_of(SCENE, target_of(SCENE, {'pot': '8'}), limits, noise)
+POT = problem(SCENE, {'pot': '8'})
 
 
 def mapped(scene, strokes, sigmas, *, strict=False, each=1, **options):
@@ -47,7 +41,7 @@ def mapped(scene, strokes, sigmas, *, strict=False, each=1, **options):
 
 def cloud(centre, count, seed=1):
     draws = np.random.default_rng(seed).standard_normal((count, 5))
-    return np.array(centre) + draws * problem().sigmas
+    return np.array(centre) + draws * POT.sigmas
 
 
 @pytest.mark.parametrize('share', [DEVIATION_SHARE, STRICT_SHARE])
@@ -63,7 +57,7 @@ def cloud(centre, count, seed=1):
 def test_maps_agree_with_exact_strikes(centre, share):
     """At any azimuth and speed, for both signs of a, to a small part of the player's errors."""
     strokes = cloud(centre, 400)
-    found = mapped(SCENE, strokes, problem().sigmas, strict=share == STRICT_SHARE)
+    found = mapped(SCENE, strokes, POT.sigmas, strict=share == STRICT_SHARE)
     model = model_of(SCENE)
     radius = model.surface.radius
     there = found.number != SOLVED
@@ -73,7 +67,7 @@ def test_maps_agree_with_exact_strikes(centre, share):
     cues = run_tables(task._replace(until=0.0)).cues
     assert (cues['status'] == exact['status']).all()
     assert ((cues['steps'] == 0) == there).all()
-    limits = share / DEVIATION_SHARE * bounds_of(problem().sigmas)
+    limits = share / DEVIATION_SHARE * bounds_of(POT.sigmas)
     for name, scale, limit in (('velocity', 1.0, limits[:3]), ('spin', radius, limits[3:6])):
         error = scale * (cues[name] - exact[name])[there] / strokes[there, 4:]
         sin, cos = np.sin(strokes[there, 3]), np.cos(strokes[there, 3])
@@ -89,12 +83,12 @@ def test_maps_agree_with_exact_strikes(centre, share):
 
 def test_miscues_are_never_mapped():
     strokes = cloud((0.56, 0.0, 0.1, 0.0, 2.0), 400)
-    assert (mapped(SCENE, strokes, problem().sigmas).number == SOLVED).all()
+    assert (mapped(SCENE, strokes, POT.sigmas).number == SOLVED).all()
 
 
 def test_few_strokes_fast_ones_and_players_without_errors_are_not_mapped():
     strokes = np.tile((0.05, 0.05, 0.1, 0.0, 2.0), (4 * FEWEST, 1))
-    sigmas = problem().sigmas
+    sigmas = POT.sigmas
     assert (mapped(SCENE, strokes, sigmas).number != SOLVED).all()
     assert (mapped(SCENE, strokes[: FEWEST - 1], sigmas).number == SOLVED).all()
     assert (mapped(SCENE, strokes, sigmas, slower_than=1.9).number == SOLVED).all()
@@ -106,7 +100,7 @@ def test_few_strokes_fast_ones_and_players_without_errors_are_not_mapped():
 
 
 def test_success_of_mapped_strokes_is_that_of_exact_ones():
-    asked = problem(Noise())
+    asked = problem(SCENE, {'pot': '8'}, Noise())
     strokes = cloud((0.0, 0.0, 0.1, 0.2, 2.0), 2000)
     strokes[:, 3] += np.linspace(-0.3, 0.3, len(strokes))
     found = mapped(SCENE, strokes, asked.sigmas)
@@ -122,7 +116,7 @@ MASSE, JUMP = (0.29, -0.29, 1.31, 0.0, 2.8), (-0.28, -0.33, 0.66, 0.0, 4.4)
 @pytest.mark.parametrize('centre', [MASSE, JUMP])
 def test_the_cloud_of_a_steep_stroke_has_a_map_of_its_own(centre):
     """Without errors of the azimuth, the path scatters as that of exact strikes, to 4 %."""
-    strokes, sigmas = cloud(centre, 400), problem().sigmas
+    strokes, sigmas = cloud(centre, 400), POT.sigmas
     strokes[:, 3] = 0.0
     found = mapped(SCENE, strokes, sigmas, each=400)
     assert (found.number != SOLVED).all()
@@ -141,15 +135,14 @@ def test_clouds_with_failures_are_solved():
     strokes = cloud((0.36, -0.3, 1.3, 0.0, 2.8), 400)  # few fail
     struck = strike_alone(model_of(SCENE), strokes[: len(PLACES)])
     assert 0 < struck.fails.sum() < len(PLACES)
-    assert (mapped(SCENE, strokes, problem().sigmas, each=400).number == SOLVED).all()
+    assert (mapped(SCENE, strokes, POT.sigmas, each=400).number == SOLVED).all()
 
 
 def test_strokes_among_near_balls_are_mapped_if_they_reach_none():
     gap = 0.01
     balls = {'cue': (0.0, 0.0), '8': (2.0 * SCENE.ball.radius + gap, 0.0)}
     scene = Scene.from_dict({'like': 'pool_table', 'balls': balls})
-    limits = limits_of(scene, None, NOISE)
-    near = problem_of(scene, target_of(scene, {'hit': '8'}), limits, NOISE)
+    near = problem(scene, {'hit': '8'})
     limit = near.prepared.reaching
     assert limit == pytest.approx(gap / (FARTHEST * SCENE.contacts.cue_ball.duration))
     strokes = cloud((0.0, 0.0, 0.1, 0.0, limit), 400)
@@ -169,7 +162,7 @@ def test_strokes_among_near_balls_are_mapped_if_they_reach_none():
 
 def test_an_early_end_never_makes_a_success():
     """Runs that end when a ball has missed lose flukes, and nothing else."""
-    asked = problem()
+    asked = POT
     strokes = cloud((0.0, 0.0, 0.1, 0.2, 4.0), 1000)
     strokes[:, 3] += np.linspace(-0.5, 0.5, len(strokes))
     full = evaluate_strokes(asked, strokes)
@@ -180,7 +173,7 @@ def test_an_early_end_never_makes_a_success():
 
 def test_a_trial_that_failed_in_the_strike_ends_there():
     """Success is that of complete runs; a stroke that failed takes no time."""
-    asked = problem(Noise())
+    asked = problem(SCENE, {'pot': '8'}, Noise())
     draw = np.random.default_rng(2)
     strokes = draw.uniform((-0.6, -0.6, 0.1, -0.2, 1.0), (0.6, 0.6, 1.3, 0.6, 4.0), (600, 5))
     full, usable = simulate_strokes(asked, strokes)

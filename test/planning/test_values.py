@@ -3,15 +3,14 @@
 from dataclasses import replace
 import math
 
-from layouts import table_with
+from layouts import problem, table_with
 import numpy as np
 import pytest
 
 from billiard_shot import candidates, plan, predict, predict_batch, Scene, shots, Status, Stroke
 from billiard_shot.cue.plan import tip_at
-from billiard_shot.planning.problem import as_struck, draw_places, limits_of, problem_of
+from billiard_shot.planning.problem import as_struck, draw_places
 from billiard_shot.planning.runner import simulate_strokes
-from billiard_shot.planning.targets import target_of
 from billiard_shot.scene import Noise
 from billiard_shot.scene.placement import head_string
 from billiard_shot.table.run.results import POCKET_NAMES
@@ -175,10 +174,8 @@ SCENES, REPLAYS = 20, 50
 APART = 0.15  # m, of balls
 
 
-def problem(scene, sigma):
-    noise = replace(scene.noise, balls=sigma)
-    target = target_of(scene, {'pot': '8'})
-    return problem_of(scene, target, limits_of(scene, None, noise), noise)
+def uncertain(scene, sigma):
+    return problem(scene, {'pot': '8'}, replace(scene.noise, balls=sigma))
 
 
 @pytest.fixture(scope='module')
@@ -189,13 +186,13 @@ def table():
 
 def test_exact_places_are_not_drawn(table):
     draw = np.random.default_rng(1)
-    assert draw_places(problem(table, 0.0), draw, 10) is None
+    assert draw_places(uncertain(table, 0.0), draw, 10) is None
     assert draw.random() == np.random.default_rng(1).random(), 'the other errors stay the same'
 
 
 def test_drawn_places_are_possible(table):
     """No overlaps, none in a cushion; the balls with room around them have the stated errors."""
-    here, sigma = problem(table, 0.002), 0.002
+    here, sigma = uncertain(table, 0.002), 0.002
     places = draw_places(here, np.random.default_rng(2), 4000)
     assert places.shape == (4000, 4, 2)
     for i in range(4):
@@ -210,7 +207,7 @@ def test_drawn_places_are_possible(table):
 
 def test_a_stroke_meets_a_ball_that_lies_aside(table):
     """The same pose of the cue, read relative to where the cue ball lies."""
-    here, rng = problem(table, 0.001), np.random.default_rng(3)
+    here, rng = uncertain(table, 0.001), np.random.default_rng(3)
     strokes = rng.uniform((-0.3, -0.3, 0.0, -3.0, 1.0), (0.3, 0.3, 0.8, 3.0, 3.0), (20, 5))
     places = draw_places(here, rng, 20)
     met = as_struck(here, strokes, places)
@@ -229,7 +226,7 @@ def test_strikes_near_a_ball_are_those_where_the_balls_really_lie(table):
     """Some reach the ball in the strike and some do not, by where it was drawn."""
     near = {'cue': (0.0, 0.0), '8': (2.0 * table.ball.radius + 0.002, 0.0)}
     scene, count = replace(table, balls=near), 30
-    here, rng = problem(scene, 0.001), np.random.default_rng(6)
+    here, rng = uncertain(scene, 0.001), np.random.default_rng(6)
     places = draw_places(here, rng, count)
     strokes = as_struck(here, np.tile((0.0, 0.1, 0.1, 0.0, 1.0), (count, 1)), places)
     played, usable = simulate_strokes(here, strokes, places=places)
