@@ -288,20 +288,8 @@ def test_the_command_prints_the_model(capsys, tmp_path):
     assert capsys.readouterr().out == urdf_of(Mechanism())
     (tmp_path / 'mine.yaml').write_text('reach: 0.25\n')
     file = tmp_path / 'cue.urdf'
-    assert (
-        main(
-            [
-                'urdf',
-                '--mechanism',
-                str(tmp_path / 'mine.yaml'),
-                '--frame',
-                'cell1/table',
-                '--output',
-                str(file),
-            ]
-        )
-        == 0
-    )
+    words = f'urdf --mechanism {tmp_path}/mine.yaml --frame cell1/table --output {file}'
+    assert main(words.split()) == 0
     assert file.read_text() == urdf_of(Mechanism(reach=0.25), 'cell1/table')
 
 

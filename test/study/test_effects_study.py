@@ -117,21 +117,6 @@ def test_command_for_strokes_and_for_a_scene(capsys):
     assert max(map(len, out.splitlines())) <= 80
 
 
-@pytest.mark.parametrize(
-    ('arguments', 'text'),
-    [
-        (['papre'], 'scene must be one of '),
-        (['pool', '--scene', 'paper'], '--scene must not be given together with scene pool'),
-        (['pool', '--count', '0'], '--count must be a whole number, at least 1, got 0'),
-        (['pool', '--a', '0.9', '--b', '0.9', '--speed', '1'], 'none of them can be played'),
-        ([str(STROKES), '--speed', '1'], '--strokes must not be given together with'),
-    ],
-)
-def test_wrong_input(capsys, arguments, text):
-    assert main(['study', 'effects', *arguments]) == 2
-    assert text in capsys.readouterr().err
-
-
 def test_picture(tmp_path, capsys):
     pytest.importorskip('matplotlib', reason='needs matplotlib, an extra')
     path = tmp_path / 'effects.png'
@@ -187,15 +172,3 @@ def test_the_command_prints_a_line_for_each_tolerance(capsys, tmp_path):
     title, *table = capsys.readouterr().out.splitlines()
     assert title == 'scene pool_table, 3 random strokes'
     assert max(map(len, table)) <= 80
-
-
-@pytest.mark.parametrize(
-    ('words', 'text'),
-    [
-        (['papre'], 'scene must be one of '),
-        (['--count', '0'], '--count must be a whole number, at least 1'),
-    ],
-)
-def test_wrong_input_of_accuracy(words, text, capsys):
-    assert main(['study', 'accuracy', *words]) == 2
-    assert text in capsys.readouterr().err
