@@ -6,12 +6,13 @@ import math
 
 from hypothesis import strategies as st
 import numpy as np
+import pytest
 
 from billiard_shot import Scene, Stroke
 from billiard_shot.cue.controller import Controller, Result, Settings
 from billiard_shot.cue.mechanism import Mechanism
 from billiard_shot.cue.model import TipPose
-from billiard_shot.cue.plan import ShotPlan
+from billiard_shot.cue.plan import RefusedError, ShotPlan
 from billiard_shot.cue.safety import SafetyState
 from billiard_shot.cue.simulated import Imperfections, SimulatedMechanism
 from billiard_shot.perception.sightings import Sighting
@@ -167,6 +168,12 @@ class Bench:
 
     def send_goal(self, shot=(0.2, 0.1, 0.2, 0.4, 3.0), shot_id='shot', remaining=60.0):
         self.execute(self.plan(shot, shot_id), remaining)
+
+    def refused(self, words, *goal, **changes):
+        """Send a goal that must be refused with these words; the outcome."""
+        with pytest.raises(RefusedError, match=words) as caught:
+            self.send_goal(*goal, **changes)
+        return caught.value.outcome
 
     def arm(self):
         return self.controller.arm(self.controller.shot_id, self.now)
