@@ -13,6 +13,7 @@ import sys
 import time
 
 import numpy as np
+from programs import ran
 import pytest
 
 import billiard_shot
@@ -213,7 +214,7 @@ def test_all_mistakes_of_a_file(tmp_path, capsys):
 def test_importing_the_package_is_light():
     heavy = 'numba', 'numpy', 'scipy', 'matplotlib', 'yaml'
     code = f'import sys, billiard_shot; print([m for m in {heavy} if m in sys.modules])'
-    done = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True, check=True)
+    done = ran([sys.executable, '-c', code], check=True)
     assert done.stdout.strip() == '[]'
 
 

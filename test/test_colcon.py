@@ -5,10 +5,10 @@ import os
 from pathlib import Path
 import re
 import shutil
-import subprocess
 import sys
 
 from node_process import starts_and_ends
+from programs import ran
 import pytest
 
 pytest.importorskip('rclpy', reason='needs ROS 2')
@@ -80,9 +80,7 @@ def make_workspace(folder):
 
 
 def run(folder, environment, *command):
-    done = subprocess.run(
-        command, cwd=folder, env=environment, capture_output=True, text=True, check=False
-    )
+    done = ran(command, cwd=folder, env=environment)
     assert done.returncode == 0, f'{command}\n{done.stdout[-3000:]}\n{done.stderr[-3000:]}'
     return done.stdout + done.stderr
 

@@ -11,6 +11,7 @@ import shutil
 import subprocess
 import sys
 
+from programs import ran
 import pytest
 
 import billiard_shot
@@ -131,11 +132,8 @@ def changed(folder, file, program, **environment):
             assert (patched / path).read_text() == (folder / path).read_text()
     # Not a whole package of its own: machine code is kept for one path only.
     layers_first = f'import billiard_shot; billiard_shot.__path__.insert(0, {str(package)!r})'
-    done = subprocess.run(
+    done = ran(
         [sys.executable, '-c', f'{layers_first}\n{program}'],
-        text=True,
-        capture_output=True,
-        check=False,
         cwd=folder,
         env={**os.environ, 'PYTHONPATH': str(ROOT), **environment},
     )
@@ -269,9 +267,7 @@ def anchors_of(page):
 @pytest.mark.parametrize('page', PAGES, ids=lambda page: page.name)
 def test_links_lead_to_what_a_reader_on_github_sees(page):
     """To files of the repository, not to those that are made with the pages, and to headings."""
-    listed = subprocess.run(
-        ['git', 'ls-files'], cwd=ROOT, capture_output=True, text=True, check=False
-    )
+    listed = ran(['git', 'ls-files'], cwd=ROOT)
     if listed.returncode:
         pytest.skip('needs a clone')
     seen = {ROOT / name for name in listed.stdout.splitlines()}
@@ -316,7 +312,7 @@ def test_pages_build_without_warnings(tmp_path):
         pytest.importorskip(needed, reason='needs the extra docs')
     if not machine_code.is_loaded():
         pytest.skip('needs machine code')
-    built = subprocess.run(
+    built = ran(
         [
             sys.executable,
             '-m',
@@ -328,10 +324,7 @@ def test_pages_build_without_warnings(tmp_path):
             'html',
             ROOT / 'docs',
             tmp_path,
-        ],
-        capture_output=True,
-        text=True,
-        check=False,
+        ]
     )
     assert built.returncode == 0, built.stderr
     for notebook in NOTEBOOKS:  # they have run in kernels, where an error ends the build

@@ -12,6 +12,7 @@ import sys
 from time import monotonic, sleep
 
 import numpy as np
+from programs import ran
 import pytest
 
 from billiard_shot import (
@@ -43,15 +44,7 @@ print(machine_code.is_loaded())
 
 def run(program, cwd=ROOT, **environment):
     """Run a program in a fresh process; what it prints on stdout and stderr."""
-    done = subprocess.run(
-        [sys.executable, '-c', program],
-        cwd=cwd,
-        env=os.environ | environment,
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=120,
-    )
+    done = ran([sys.executable, '-c', program], cwd=cwd, env=os.environ | environment, timeout=120)
     assert done.returncode == 0, done.stderr
     return done.stdout.splitlines(), done.stderr
 
@@ -347,7 +340,7 @@ def test_libraries_for_other_systems_have_the_entries(target, begin):
 
 
 def output(*command):
-    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    done = ran(command, check=True)
     return done.stdout.splitlines()
 
 

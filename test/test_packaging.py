@@ -12,6 +12,7 @@ import tarfile
 import xml.etree.ElementTree as ET
 import zipfile
 
+from programs import ran
 import pytest
 import yaml
 
@@ -182,12 +183,10 @@ def build_without_tools(checkout, folder, **variables):
     ignored = shutil.ignore_patterns('build')
     sources = shutil.copytree(checkout, folder / 'sources', ignore=ignored)
     variables |= {'BILLIARD_SHOT_CACHE': str(folder / 'cache'), 'PIP_CONFIG_FILE': os.devnull}
-    done = subprocess.run(
+    done = ran(
         [sys.executable, '-c', program],
         cwd=sources,
         env=os.environ | {'PIP_NO_INDEX': '1', 'PIP_FIND_LINKS': ''} | variables,
-        capture_output=True,
-        text=True,
         check=True,
     )
     assert not (folder / 'cache').exists(), 'a build leaves nothing elsewhere'
@@ -260,13 +259,7 @@ def test_a_release_is_made_and_tried(checkout, tmp_path):
     assert not run('git', 'status', '--porcelain', cwd=sources)
 
     (sources / 'README.md').write_text('changed')
-    done = subprocess.run(
-        [sys.executable, 'config/release.py', '--dry-run'],
-        cwd=sources,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    done = ran([sys.executable, 'config/release.py', '--dry-run'], cwd=sources)
     assert done.returncode == 1
     assert 'nothing is released: there are changes that are not committed' in done.stderr
 
@@ -304,12 +297,10 @@ def test_pip_install_into_an_empty_environment(wheel, tmp_path):
     run(scripts / 'python', '-m', 'pip', 'install', '-q', wheel, env=clean)
     strokes = tmp_path / 'strokes.yaml'
     strokes.write_text('- {normal: [-1, -1, 0], velocity: [0.8, 0, 0]}\n')
-    done = subprocess.run(
+    done = ran(
         [scripts / 'billiard-shot', 'predict', '--scene', 'paper', '--strokes', strokes, '--json'],
         env=clean,
         cwd=tmp_path,
-        capture_output=True,
-        text=True,
         check=True,
     )
     assert not done.stderr  # it has its machine code
@@ -322,8 +313,6 @@ def test_ros_tests_are_skipped_visibly_without_ros():
         'sys.modules.update(rclpy=None, billiard_shot_msgs=None)\n'
         "sys.exit(pytest.main(['-q', '-p', 'no:cacheprovider', 'test/ros']))"
     )
-    done = subprocess.run(
-        [sys.executable, '-c', program], capture_output=True, text=True, cwd=ROOT, check=False
-    )
+    done = ran([sys.executable, '-c', program], cwd=ROOT)
     assert done.returncode in (0, 5), done.stdout
     assert done.stdout.count('needs ROS 2') == len(list((ROOT / 'test/ros').glob('test_*.py')))

@@ -11,6 +11,7 @@ import sys
 from packaging.markers import default_environment
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
+from programs import ran
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -21,13 +22,7 @@ needs_make = pytest.mark.skipif(not shutil.which('make'), reason='make is not in
 
 
 def core(python, folder, **environment):
-    done = subprocess.run(
-        [SETUP, 'core', python, folder / 'venv', 'pypi'],
-        capture_output=True,
-        text=True,
-        env={**os.environ, **environment},
-        check=False,
-    )
+    done = ran([SETUP, 'core', python, folder / 'venv', 'pypi'], env={**os.environ, **environment})
     assert done.returncode == 1
     assert not (folder / 'venv').exists(), 'nothing is begun that cannot be finished'
     assert 'Traceback' not in done.stderr
@@ -65,12 +60,7 @@ def test_environment_that_is_a_link_is_left_alone(tmp_path):
     elsewhere.mkdir()
     (elsewhere / 'kept').touch()
     (tmp_path / 'venv').symlink_to(elsewhere)
-    done = subprocess.run(
-        [SETUP, 'core', sys.executable, tmp_path / 'venv', 'pypi'],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    done = ran([SETUP, 'core', sys.executable, tmp_path / 'venv', 'pypi'])
     assert done.returncode == 1
     assert f'is a link to {elsewhere}' in done.stderr
     assert (elsewhere / 'kept').exists()
@@ -80,7 +70,7 @@ def test_platform_without_wheels_gets_the_library_alone(tmp_path):
     python = tmp_path / 'python'
     python.write_text('#!/bin/sh\nexit 1\n')
     python.chmod(0o755)
-    done = subprocess.run([SETUP, 'which', python], capture_output=True, text=True, check=True)
+    done = ran([SETUP, 'which', python], check=True)
     assert done.stdout == 'none\n'
 
 

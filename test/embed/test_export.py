@@ -3,10 +3,10 @@
 from pathlib import Path
 import re
 import shutil
-import subprocess
 import sys
 
 from node_js import needs_node, NODE
+from programs import ran
 import pytest
 
 from billiard_shot import machine_code, predict, Stroke
@@ -20,7 +20,7 @@ COMPILER = ['cc'] if shutil.which('cc') else [sys.executable, '-m', 'ziglang', '
 
 def run(*command, folder):
     """What a program prints."""
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    done = ran(command, cwd=folder)
     assert done.returncode == 0, done.stderr
     assert done.stderr == ''
     return done.stdout
@@ -69,13 +69,7 @@ def test_a_header_of_another_version_is_refused(tmp_path):
     assert main(['export', 'paper', '-o', str(tmp_path / 'scene.h')]) == 0
     header = (core_folder(machine_code.LIBRARY) / 'billiard_shot.h').read_text()
     (tmp_path / 'billiard_shot.h').write_text(re.sub('SOURCES .*', 'SOURCES 0x1', header))
-    done = subprocess.run(
-        [*COMPILER, '-fsyntax-only', 'scene.h'],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    done = ran([*COMPILER, '-fsyntax-only', 'scene.h'], cwd=tmp_path)
     assert done.returncode != 0
     assert 'export the scene with that version' in done.stderr
 

@@ -6,11 +6,11 @@ import hashlib
 import json
 import math
 from pathlib import Path
-import subprocess
 
 from browser import Browser, find_browser
 from node_js import needs_node, NODE
 import numpy as np
+from programs import ran
 import pytest
 
 from billiard_shot import machine_code, predict, predict_batch, Scene, shots, Stroke
@@ -31,12 +31,9 @@ needs_browser = pytest.mark.skipif(find_browser() is None, reason='needs Chromiu
 
 def in_node(scene, **asked):
     """What node.mjs answers for a scene as it is exported."""
-    done = subprocess.run(
+    done = ran(
         [NODE, Path(__file__).with_name('node.mjs')],
         input=json.dumps({'folder': str(core_folder(PAGES)), 'scene': scene, **asked}),
-        capture_output=True,
-        text=True,
-        check=False,
     )
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)

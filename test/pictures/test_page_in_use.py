@@ -7,11 +7,11 @@ from pathlib import Path
 import random
 import re
 import shutil
-import subprocess
 
 from browser import find_browser, open_tab, opened
 from firefox import find_firefox, Firefox
 import numpy as np
+from programs import ran
 import pytest
 
 from billiard_shot import machine_code, predict, Scene, Stroke
@@ -254,7 +254,7 @@ def test_page_and_terminal_round_alike():
     values += [draw.randint(0, 2000) / 2000 for _ in range(300)]
     script = (PAGES / 'elements.js').read_text()
     script += f'console.log(JSON.stringify({values}.map(percent)));'
-    done = subprocess.run(['node', '-e', script], capture_output=True, text=True, check=True)
+    done = ran(['node', '-e', script], check=True)
     assert json.loads(done.stdout) == [f'{percent(value)} %' for value in values]
     assert json.loads(done.stdout)[2] == '46 %'
 

@@ -2,10 +2,10 @@
 
 import gc
 import re
-import subprocess
 import sys
 import time
 
+from programs import ran
 import pytest
 
 pytest.importorskip('billiard_shot_msgs', reason='needs ROS 2')
@@ -244,7 +244,7 @@ def test_a_bag_with_another_definition_is_refused_by_name(tmp_path, is_changed):
             if topic == '/table_state':
                 write(serialize_message(table))
     check = [sys.executable, ROOT / 'docs' / 'examples' / 'check_bag.py', bag]
-    said = subprocess.run(check, capture_output=True, text=True, check=False)
+    said = ran(check)
     assert said.returncode == is_changed, said.stderr
     if is_changed:
         with pytest.raises(ValueError, match=f'definitions of {kinds["/table_state"]}$'):

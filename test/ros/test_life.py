@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 
+from programs import ran
 import pytest
 
 pytest.importorskip('billiard_shot_msgs', reason='needs ROS 2')
@@ -156,13 +157,7 @@ def test_bad_parameter_is_a_clear_start_up_error(launch, name, setting, words):
     [('--help', 0, 'predicts the shot'), ('--scene=paper', 2, 'unrecognized arguments: --scene')],
 )
 def test_other_arguments_than_those_of_ros_do_not_start_it(argument, code, words):
-    done = subprocess.run(
-        [sys.executable, '-m', 'billiard_shot.ros.predictor', argument],
-        capture_output=True,
-        text=True,
-        timeout=PATIENCE,
-        check=False,
-    )
+    done = ran([sys.executable, '-m', 'billiard_shot.ros.predictor', argument], timeout=PATIENCE)
     assert done.returncode == code
     assert words in done.stdout + done.stderr
 
@@ -221,13 +216,7 @@ def test_parameters_are_described_and_checked_when_set(ask, node):
 
 @pytest.mark.xdist_group('demo')  # it shares no node with the others
 def test_demo_prints_the_four_shots(domain):
-    done = subprocess.run(
-        [sys.executable, '-m', 'billiard_shot.ros.demo'],
-        capture_output=True,
-        text=True,
-        timeout=240,
-        check=False,
-    )
+    done = ran([sys.executable, '-m', 'billiard_shot.ros.demo'], timeout=240)
     assert done.returncode == 0, done.stderr
     for name in ('vertical', 'horizontal', 'jump', 'massé'):
         assert f'{name}: Stroke(' in done.stdout

@@ -5,12 +5,12 @@ from itertools import combinations
 import math
 from math import atan2, exp, sqrt, tan
 import pickle
-import subprocess
 import sys
 
 from hypothesis import given
 from hypothesis import strategies as st
 import numpy as np
+from programs import ran
 import pytest
 
 from billiard_shot import BallState, EventKind, predict, Scene, simulate, Stroke
@@ -98,13 +98,7 @@ def test_the_same_in_every_process():
         "print(repr(Scene.load('eight_ball').balls))"
     )
     answers = {
-        subprocess.run(
-            [sys.executable, '-c', code],
-            capture_output=True,
-            text=True,
-            check=True,
-            env={'PYTHONHASHSEED': seed},
-        ).stdout
+        ran([sys.executable, '-c', code], check=True, env={'PYTHONHASHSEED': seed}).stdout
         for seed in ('0', '1')
     }
     assert answers == {repr(Scene.load('eight_ball').balls) + '\n'}

@@ -2,11 +2,11 @@
 
 import dataclasses
 import os
-import subprocess
 import sys
 import threading
 
 import numpy as np
+from programs import ran
 import pytest
 from tables import ENDLESS, play, POOL, R, random_states, rolling, state
 
@@ -293,13 +293,7 @@ def test_a_forked_process_has_threads_of_its_own():
         'if not child: os._exit(total() != 100)\n'
         'print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))\n'
     )
-    done = subprocess.run(
-        [sys.executable, '-W', 'ignore', '-c', code],
-        capture_output=True,
-        text=True,
-        check=True,
-        timeout=60,
-    )
+    done = ran([sys.executable, '-W', 'ignore', '-c', code], check=True, timeout=60)
     assert done.stdout.strip() == '0'
 
 
