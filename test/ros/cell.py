@@ -10,6 +10,8 @@ import warnings
 from billiard_shot_msgs.msg import Strike
 from billiard_shot_msgs.srv import Arm
 from diagnostic_msgs.msg import DiagnosticArray
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState
 from rcl_interfaces.msg import Log
 import rclpy
 from rclpy.qos import DurabilityPolicy, QoSProfile
@@ -136,9 +138,9 @@ class Cell:
                 *(['table_tracker/reset'] if 'table_tracker' in nodes else []),
             )
         }
-        self.services['cue_driver/arm'] = PatientCaller(
-            self.player, Arm, f'{space}/cue_driver/arm'
-        )
+        for name, kind in (('arm', Arm), ('change_state', ChangeState)):
+            name = f'cue_driver/{name}'
+            self.services[name] = PatientCaller(self.player, kind, f'{space}/{name}')
         self.wait_for_services()
 
     def close(self):
@@ -218,6 +220,27 @@ class Cell:
         result = self.ended.result().result if self.ended and self.ended.done() else None
         return result.message if result and GoalOutcome(result.outcome).refused else ''
 
+    def result(self):
+        """Wait until the last goal has ended; its result."""
+        assert self.player.until(self.ended.done, PATIENCE)
+        return self.ended.result().result
+
+    def transition(self, number):
+        """Whether a transition of the driver succeeds."""
+        change = self.services['cue_driver/change_state']
+        return change.call(ChangeState.Request(transition=Transition(id=number))).success
+
+    def clear(self):
+        """Clear the latched state as soon as that is possible."""
+        return self.player.until(lambda: self.call('cue_driver/clear_fault').success, PATIENCE)
+
+    def restart_driver(self):
+        self.player.states.clear()
+        self.start('cue_driver')
+        assert self.player.until(lambda: self.player.states, PATIENCE)
+        self.player.wait_for_all()
+        self.wait_for_services()
+
     def reach(self, state):
         self.player.until(lambda: self.state is state or self.interrupted(), PATIENCE)
         assert self.state is state, self.refusal or self.player.states[-1]
@@ -249,6 +272,12 @@ class Cell:
             if status.name == name
         )
         return {each.key: each.value for each in status.values}
+
+    def says(self, node, words):
+        """Wait until a node of this cell has logged a line with these words."""
+        return self.player.until(
+            lambda: any(words in line for line in self.logged(node)), PATIENCE
+        )
 
     def logged(self, node):
         """Messages that a node of this cell has logged."""

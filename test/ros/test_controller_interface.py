@@ -84,7 +84,7 @@ def test_the_emergency_stop_brakes(cell):
     cell.reach(SafetyState.ESTOP)
     assert cell.player.until(lambda: not cell.moving(), PATIENCE)
     cell.player.safety_inputs_on = True
-    assert cell.player.until(lambda: cell.call('cue_driver/clear_fault').success, PATIENCE)
+    assert cell.clear()
     assert cell.player.execute(cell.goal('afterwards')).result.outcome == GoalOutcome.OK
 
 
@@ -103,11 +103,7 @@ def test_a_killed_driver_leaves_the_mechanism_stopped(cell):
     ]
     assert monotonic() - killed > COMMAND_HORIZON + BRAKE
     assert not any(moved[-20:]), 'at rest'
-    cell.player.states.clear()
-    cell.start('cue_driver')
-    assert cell.player.until(lambda: cell.player.states, PATIENCE)
-    cell.player.wait_for_all()
-    cell.wait_for_services()
+    cell.restart_driver()
     cell.prepare()
     assert cell.player.execute(cell.goal('a new driver')).result.outcome == GoalOutcome.OK
 
@@ -120,7 +116,7 @@ def test_a_controller_that_does_not_follow_is_a_fault(cell):
     cell.reach(SafetyState.FAULT)
     words = 'controller: PATH_TOLERANCE_VIOLATED: base_x is 0.1 m off'
     assert words in cell.player.states[-1].reason
-    assert cell.player.until(lambda: cell.call('cue_driver/clear_fault').success, PATIENCE)
+    assert cell.clear()
     assert cell.player.until(lambda: not cell.moving(), PATIENCE)
 
 
@@ -131,7 +127,7 @@ def test_a_controller_that_is_started_again_is_used_again(cell, controller):
     assert 'controller: no answer to a goal' in cell.player.states[-1].reason
     controller.close()
     controller.__init__()
-    assert cell.player.until(lambda: cell.call('cue_driver/clear_fault').success, PATIENCE)
+    assert cell.clear()
     assert cell.player.execute(cell.goal('again')).result.outcome == GoalOutcome.OK
 
 

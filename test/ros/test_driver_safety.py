@@ -10,7 +10,6 @@ pytest.importorskip('billiard_shot_msgs', reason='needs ROS 2')
 
 from billiard_shot_msgs.msg import TableState
 from lifecycle_msgs.msg import Transition
-from lifecycle_msgs.srv import ChangeState
 from rcl_interfaces.msg import Parameter, ParameterValue
 from rcl_interfaces.srv import SetParameters
 from rosgraph_msgs.msg import Clock
@@ -61,13 +60,7 @@ def test_two_drivers_fault_both_and_name_each_other(cell, launch_once):
     )
     cell.reach(SafetyState.FAULT)
     assert cell.player.states[-1].reason.startswith('another node commands the mechanism: ')
-    assert cell.player.until(
-        lambda: any(
-            'FAULT: another node commands the mechanism: ' in line
-            for line in cell.logged('second_driver')
-        ),
-        PATIENCE,
-    )
+    assert cell.says('second_driver', 'FAULT: another node commands the mechanism: ')
     rival = f'another node commands the mechanism: {SPACE}/second_driver'
     known = cell.player.until(lambda: cell.health()['commands'] == rival, PATIENCE)
     assert known, cell.health()['commands']
@@ -76,38 +69,29 @@ def test_two_drivers_fault_both_and_name_each_other(cell, launch_once):
     assert rival in refused.message
     second.terminate()
     assert second.wait(timeout=PATIENCE) == 0
-    assert cell.player.until(lambda: cell.call('cue_driver/clear_fault').success, PATIENCE)
+    assert cell.clear()
 
 
 def test_safety_limits_cannot_be_set_while_the_driver_is_configured(cell):
     put = setter(cell, 'cue_driver')
-    change = PatientCaller(cell.player, ChangeState, f'{SPACE}/cue_driver/change_state')
-    cell.wait_for_services(change)
-
-    def transition(number):
-        return change.call(ChangeState.Request(transition=Transition(id=number)))
-
     wanted = 'estop_timeout: can be set only while the node is unconfigured'
     assert put('estop_timeout', 1.0).startswith(wanted)
     assert put('scene', 'paper').startswith('scene: can be set only')
-    assert transition(Transition.TRANSITION_DEACTIVATE).success
+    assert cell.transition(Transition.TRANSITION_DEACTIVATE)
     assert put('estop_timeout', 1.0).startswith(wanted)
-    assert transition(Transition.TRANSITION_CLEANUP).success
+    assert cell.transition(Transition.TRANSITION_CLEANUP)
     assert put('estop_timeout', 1000.0)
     assert 'read-only' in put('period', 0.05)
     assert put('joint_states_timeout', 0.05) == ''
-    assert not transition(Transition.TRANSITION_CONFIGURE).success
-    assert cell.player.until(
-        lambda: any(
-            'configure failed: estop_timeout, interlock_timeout, joint_states_timeout must be '
-            'at least four times the period, 0.02, got 0.05 (s)' in line
-            for line in cell.logged('cue_driver')
-        ),
-        PATIENCE,
+    assert not cell.transition(Transition.TRANSITION_CONFIGURE)
+    assert cell.says(
+        'cue_driver',
+        'configure failed: estop_timeout, interlock_timeout, joint_states_timeout must be at '
+        'least four times the period, 0.02, got 0.05 (s)',
     )
     assert put('joint_states_timeout', 2.0) == ''
-    assert transition(Transition.TRANSITION_CONFIGURE).success
-    assert transition(Transition.TRANSITION_ACTIVATE).success
+    assert cell.transition(Transition.TRANSITION_CONFIGURE)
+    assert cell.transition(Transition.TRANSITION_ACTIVATE)
     cell.reach(SafetyState.DISARMED)
 
 
@@ -121,12 +105,7 @@ def test_an_older_table_state_does_not_replace_a_newer_one(cell):
     publisher = cell.player.create_publisher(TableState, f'{SPACE}/table_state', LATCHED)
     publisher.publish(older)
     try:
-        assert cell.player.until(
-            lambda: (
-                'ignored a table_state 3.6e+03 s older than the last' in cell.logged('cue_driver')
-            ),
-            PATIENCE,
-        )
+        assert cell.says('cue_driver', 'ignored a table_state 3.6e+03 s older than the last')
     finally:
         cell.player.destroy_publisher(publisher)
         cell.services['table_sim/reset'].call(Trigger.Request())
@@ -150,8 +129,7 @@ def test_a_table_that_is_not_valid_is_not_known_any_more(cell):
         publisher.publish(bad)
         cell.reach(SafetyState.DISARMED)
         assert cell.health()['table'].startswith('table_state: ')
-        assert cell.player.until(cell.ended.done, PATIENCE)
-        assert cell.ended.result().result.outcome == GoalOutcome.TABLE_STALE
+        assert cell.result().outcome == GoalOutcome.TABLE_STALE
     finally:
         cell.processes['table_sim'].send_signal(signal.SIGCONT)
         cell.player.destroy_publisher(publisher)
@@ -173,10 +151,8 @@ def test_a_driver_that_hears_nothing_after_a_pause_ends(cell):
     try:
         assert cell.player.until(lambda: driver.poll() is not None, 30.0)
         assert driver.returncode == 1
-        assert any(
-            'nothing has been received for 2 s since this process paused' in line
-            for line in cell.logged('cue_driver')
-        )
+        words = 'nothing has been received for 2 s since this process paused'
+        assert any(words in line for line in cell.logged('cue_driver'))
     finally:
         for process in others:
             process.send_signal(signal.SIGCONT)

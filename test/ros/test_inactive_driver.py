@@ -13,7 +13,7 @@ from lifecycle_msgs.srv import ChangeState
 import numpy as np
 from rclpy.qos import QoSProfile
 from std_msgs.msg import Bool
-from waiting import PATIENCE, PatientCaller, spin_until
+from waiting import PATIENCE, spin_until
 
 from billiard_shot.cue.mechanism import JOINTS
 from billiard_shot.cue.plan import GoalOutcome
@@ -50,8 +50,7 @@ def positions(cell, seconds):
 )
 def test_requests_that_wait_with_a_transition_move_nothing(cell, transitions, again):
     """Before, the node was deactivated, and then the goal that had been accepted executed."""
-    caller = PatientCaller(cell.player, ChangeState, f'{SPACE}/cue_driver/change_state')
-    cell.wait_for_services(caller)
+    caller = cell.services['cue_driver/change_state']
     goal, driver = cell.goal(), cell.processes['cue_driver']
     driver.send_signal(signal.SIGSTOP)
     sent = cell.player.execute_shot.send_goal_async(goal)
@@ -72,9 +71,7 @@ def test_requests_that_wait_with_a_transition_move_nothing(cell, transitions, ag
     travelled = positions(cell, 1.0)
     assert len(travelled) > 1
     assert np.ptp(travelled, axis=0).max() < 1e-4
-    for each in again:
-        answer = caller.call(ChangeState.Request(transition=Transition(id=each)))
-        assert answer.success
+    assert all(map(cell.transition, again))
     if not again:
         driver.send_signal(signal.SIGINT)
         assert driver.wait(PATIENCE) == 0  # the next test starts it again

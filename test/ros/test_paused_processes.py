@@ -173,7 +173,7 @@ def test_a_paused_mechanism_is_a_fault(cell):
     assert not refused.success
     assert re.search('joint_states: (no message|not trusted)', refused.message)
     cell.processes['cue_sim'].send_signal(signal.SIGCONT)
-    assert cell.player.until(lambda: cell.call('cue_driver/clear_fault').success, PATIENCE)
+    assert cell.clear()
     assert cell.player.until(lambda: not cell.moving(), PATIENCE)
 
 
