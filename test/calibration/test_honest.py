@@ -264,7 +264,7 @@ def test_a_friction_of_cushions_that_is_wrong_is_found_or_doubted(friction):
 def test_recordings_of_a_poor_tracker_are_fitted_or_doubted(sigma):
     truth = {'cloth.sliding_friction': 0.23, 'table.cushion.friction': 0.2}
     scene = CAROM.with_parameters(list(truth), list(truth.values()))
-    exact = simulated_recording(scene, 16, 1, sigma=sigma)
+    exact = simulated_recording(scene, 12, 1, sigma=sigma)
     tracks = [track for shot in exact.shots for track in shot.tracks.values()]
     for track in tracks:
         track.sigma[:] = np.nan  # not stated

@@ -114,7 +114,7 @@ def places(kind, rng):
 )
 def test_strikes_agree_with_an_integration_of_the_true_geometry(kind, cue):
     rng, errors = np.random.default_rng(11), []
-    for _ in range(6):
+    for _ in range(4):
         scene = Scene.from_dict({**CUES[cue], 'balls': places(kind, rng)})
         if kind == 'cushion':
             scene = scene.with_parameters(['table.cushion.early_fading'], [0.2])
