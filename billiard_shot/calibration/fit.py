@@ -17,7 +17,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 import math
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.optimize import lsq_linear
@@ -30,11 +30,13 @@ from billiard_shot.calibration.launch import (
     compare,
     Comparison,
     derivatives_of,
+    ENOUGH,
     EXACT,
     PLACES,
     refined,
     scales_of,
     search_launches,
+    sigmas_of,
     steps_of,
     ways_of,
 )
@@ -89,6 +91,9 @@ noses hardly acts, but none at all (0) makes them rigid.
 STEP = 1e-3
 """Step for differences, relative to the width of the range."""
 
+ALIGNMENT = 'alignment'
+"""Section of the numbers of a machine."""
+
 FRAME_WIDTHS = {'x': 0.03, 'y': 0.03, 'angle': 0.02}
 """Ranges in which numbers of frames are sought: m, m and rad."""
 
@@ -134,6 +139,9 @@ LEVEL = 0.95
 HELD = 0.1
 """Part of the variance of a number that its range must not explain."""
 
+SHARED = 3
+"""Shots that are used up by what all have in common, if intervals are careful."""
+
 DECISIVE = 3
 """How many shots are named that decide a number."""
 
@@ -161,7 +169,7 @@ class Unknown:
     published : (float, float), optional
         Range of published values.
     recording : int
-        Number of the recording whose frame has it; -1: it is one of the scene.
+        Number of the recording whose frame has it, if a frame has it.
     squared : bool
         Whether a fit seeks its square: then start, bounds and width are those of the square.
 
@@ -174,7 +182,7 @@ class Unknown:
     high: float
     width: float
     published: tuple[float, float] | None = None
-    recording: int = -1
+    recording: int = 0
     squared: bool = False
 
     def stated(self, value: float) -> float:
@@ -239,26 +247,52 @@ def _of_scene(parameter: Parameter) -> Unknown:
 
 
 class FitProblem(NamedTuple):
-    """The numbers to fit, the horizon until which samples count [s], and a map for the work."""
+    """
+    What is fitted.
+
+    Attributes
+    ----------
+    model : CalibrationModel
+    sought : tuple of Unknown
+    horizon : float
+        Until which samples count [s].
+    mapped : callable
+        A map for the work.
+    careful : bool
+        Whether shots are few beside the numbers: intervals then reach at least as far as the
+        curvature of the cost tells, and only shots count that decide a number (Satterthwaite,
+        Biom. Bull. 2 (1946)).
+
+    """
 
     model: CalibrationModel
     sought: tuple[Unknown, ...]
     horizon: float
     mapped: MapFunction
+    careful: bool = False
 
     def model_at(self, values: Floats) -> CalibrationModel:
         """Return the model with these numbers."""
-        own = [k for k, each in enumerate(self.sought) if each.recording < 0]
-        scene = self.model.scene.with_parameters(
-            [self.sought[k].name for k in own],
-            [self.sought[k].stated(float(values[k])) for k in own],
-        )
+        scene: dict[str, float] = {}
+        machine: dict[str, float] = {}
         frames = list(self.model.frames)
         for each, value in zip(self.sought, values.tolist(), strict=True):
-            if each.recording >= 0:
-                field = each.name.split('.')[1]
+            section, field, *_ = each.name.split('.')
+            if section == 'frame':
                 frames[each.recording] = replace(frames[each.recording], **{field: value})
-        return CalibrationModel(scene, tuple(frames))
+            elif section == ALIGNMENT:
+                machine[field] = value
+            else:
+                scene[each.name] = each.stated(value)
+        model = self.model
+        return replace(
+            model,
+            scene=model.scene.with_parameters([*scene], [*scene.values()])
+            if scene
+            else model.scene,
+            frames=tuple(frames),
+            alignment=replace(model.alignment, **machine),
+        )
 
     @property
     def start(self) -> Floats:
@@ -326,6 +360,8 @@ class ShotFit(NamedTuple):
         Of half the cost, as the matrices are.
     follow : (numbers, common) float array
         Change of the launch with each common number.
+    spread : (numbers, numbers) float array
+        Covariance of the launch for given common numbers.
 
     """
 
@@ -337,6 +373,7 @@ class ShotFit(NamedTuple):
     curvature: Floats
     gradient: Floats
     follow: Floats
+    spread: Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -389,6 +426,14 @@ class JointFit:
         """Of the common numbers, from the curvature of the cost."""
         inverse: Floats = np.linalg.inv(self.curvatures.sum(axis=0) + self.problem.precision)
         return inverse
+
+    @property
+    def shares(self) -> Floats:
+        """How much each shot decides of each number (common, shots)."""
+        shares: Floats = np.einsum(
+            'ki,sij,kj->ks', self.covariance, self.curvatures, self.covariance
+        )
+        return shares
 
     @property
     def deviations(self) -> Floats:
@@ -497,8 +542,10 @@ def follow_launch(
 ) -> ShotFit:
     """Improve the launch of a shot for common numbers, by models with one step of these each."""
     compared = launch.compared(scales, horizon)
-    known = launch.numbers[np.newaxis]
-    best = refined(model, compared, known, 0 if launch.known else LAUNCH_STEPS, EXACT)
+    known, command = launch.numbers[np.newaxis], launch.samples.command
+    by_machine = command is not None and command.measured
+    enough = ENOUGH if by_machine else EXACT
+    best = refined(model, compared, known, 0 if launch.known else LAUNCH_STEPS, enough)
     numbers = best.launches[0]
     if launch.known:  # no error follows from its numbers
         errors = best.places - compared.samples.place
@@ -506,13 +553,18 @@ def follow_launch(
     else:
         errors, slopes = derivatives_of(model, compared, best)
         own = slopes[0]
-    moved = [ways_of(each, compared.samples, best.launches)[0] for each in stepped]
-    with np.errstate(invalid='ignore'):
-        differences = np.reshape(moved, (len(steps), *best.places[0].shape)) - best.places
-        common = differences.reshape(len(steps), errors.size) / steps[:, np.newaxis]
-    common[~np.isfinite(common)] = 0.0
+    if command is not None and command.measured:  # the machine turns strokes into others
+        sigmas = steps[:, np.newaxis] * sigmas_of(command, model.scene.ball.radius)
+        strokes = np.reshape([each.stroke(launch.samples) for each in stepped], (-1, PLACES))
+        common = (strokes - model.stroke(launch.samples)) / sigmas @ own[:PLACES]
+    else:
+        moved = [ways_of(each, compared.samples, best.launches)[0] for each in stepped]
+        with np.errstate(invalid='ignore'):
+            differences = np.reshape(moved, (len(steps), *best.places[0].shape)) - best.places
+            common = differences.reshape(len(steps), errors.size) / steps[:, np.newaxis]
+        common[~np.isfinite(common)] = 0.0
     pull = compared.precision @ (numbers - compared.mean)
-    matrix, gradient, follow = without_own(
+    matrix, gradient, follow, spread = without_own(
         own, common, compared.weights(errors)[0], errors.ravel(), compared.precision, pull
     )
     curvature, *_ = without_own(
@@ -527,12 +579,13 @@ def follow_launch(
         curvature,
         gradient,
         follow,
+        spread,
     )
 
 
 def without_own(
     own: Floats, common: Floats, weights: Floats, errors: Floats, precision: Floats, pull: Floats
-) -> tuple[Floats, Floats, Floats]:
+) -> tuple[Floats, Floats, Floats, Floats]:
     """
     Eliminate the own numbers of a shot from its normal equations.
 
@@ -551,13 +604,15 @@ def without_own(
         Normal equations of the common numbers.
     follow : (own, common) float array
         Change of the own numbers with each of these.
+    spread : (own, own) float array
+        Covariance of the own numbers for given common ones.
 
     """
-    inner = (own * weights) @ own.T + precision
+    spread = np.asarray(np.linalg.inv((own * weights) @ own.T + precision), float)
     between = (own * weights) @ common.T
-    follow: Floats = np.negative(np.linalg.solve(inner, between))
+    follow = -spread @ between
     gradient = common @ (weights * errors) + follow.T @ (own @ (weights * errors) + pull)
-    return (common * weights) @ common.T + between.T @ follow, gradient, follow
+    return (common * weights) @ common.T + between.T @ follow, gradient, follow, spread
 
 
 def searched(
@@ -659,22 +714,26 @@ def jackknife(matrices: Floats, gradients: Floats, prior: Floats, away: Floats) 
 
 
 def reach_of(found: JointFit) -> Floats:
-    """Return half of the intervals of the common numbers (common,), from how the shots differ."""
-    prior = found.problem.precision
-    variances = jackknife(found.curvatures, found.gradients, prior, found.away)
-    reach: Floats = student.ppf(0.5 + 0.5 * LEVEL, len(found.shots) - 1) * np.sqrt(variances)
+    """Return half of the intervals of the common numbers (common,)."""
+    problem, shots = found.problem, len(found.shots)
+    variances = jackknife(found.curvatures, found.gradients, problem.precision, found.away)
+    freedom = np.full(len(variances), shots - 1.0)
+    if problem.careful:
+        variances = np.maximum(variances, np.diag(found.covariance))
+        deciding = found.shares.sum(axis=1) ** 2 / (found.shares**2).sum(axis=1)
+        freedom = np.maximum(deciding * (1.0 - SHARED / shots), 1.0)
+    reach: Floats = student.ppf(0.5 + 0.5 * LEVEL, freedom) * np.sqrt(variances)
     return reach
 
 
 def differing(found: JointFit, other: JointFit) -> list[str]:
     """
-    Name the numbers whose intervals in two fits do not meet, with both values.
+    Name the numbers whose careful intervals in two fits do not meet, with both values.
 
-    Shots with exact places hardly differ: intervals reach at least as far as the cost allows.
+    Shots with exact places hardly differ, and other intervals would be too narrow.
     """
-    normal, fits = norm.ppf(0.5 + 0.5 * LEVEL), (found, other)
-    reach = sum(np.maximum(reach_of(f), normal * np.sqrt(np.diag(f.covariance))) for f in fits)
-    far = np.abs(found.values - other.values) > reach
+    fits = (replace(f, problem=f.problem._replace(careful=True)) for f in (found, other))
+    far = np.abs(found.values - other.values) > sum(map(reach_of, fits))
     numbers = zip(found.problem.sought, found.values.tolist(), other.values.tolist(), strict=True)
     return [
         f'{each.name} {each.stated(there):.4g}, not {each.stated(here):.4g}'
@@ -697,8 +756,7 @@ def bounds_of(found: JointFit) -> Floats:
 def estimates_of(found: JointFit, sought: Sequence[Unknown]) -> tuple[Estimate, ...]:
     """Return the estimates of all numbers, also of those that the shots do not decide."""
     low, high = bounds_of(found).tolist()
-    shares = np.einsum('ki,sij,kj->ks', found.covariance, found.curvatures, found.covariance)
-    decisive = np.argsort(-shares, axis=-1, kind='stable')[:, :DECISIVE].tolist()
+    decisive = np.argsort(-found.shares, axis=-1, kind='stable')[:, :DECISIVE].tolist()
     known = {each: k for k, each in enumerate(found.problem.sought)}
     estimates = []
     for each in sought:
@@ -729,47 +787,28 @@ def undecided(found: JointFit) -> list[Unknown]:
     return [problem.sought[k] for k in order if parts[k] > 1.0]
 
 
-T = TypeVar('T')
-N = TypeVar('N')
-
-
-def let_go(
-    found: T, undecided: Callable[[T], Iterable[N]], without: Callable[[T, N], T | None]
-) -> T:
+def decided(
+    found: JointFit,
+    steps: int,
+    report: Callable[[float], object] = lambda _: None,
+    needed: Sequence[str] = (),
+) -> JointFit:
     """
-    Let the numbers go, one after the other, that a fit does not decide.
+    Fit the numbers that the shots decide, and those without which the fit is worse.
 
-    Parameters
-    ----------
-    found : T
-        The fit.
-    undecided : callable
-        Returns numbers that a fit may not decide, the least decided one first.
-    without : callable
-        Fits the others; None if that is worse: then the number stays.
-
+    The others are let go, one after the other; needed ones stay.
     """
-    needed: list[N] = []
-    while doubtful := [each for each in undecided(found) if each not in needed]:
-        rest = without(found, doubtful[0])
-        if rest is None:
-            needed.append(doubtful[0])
+    kept = list(needed)
+    while doubtful := [each for each in undecided(found) if each.name not in kept]:
+        k, problem = found.problem.sought.index(doubtful[0]), found.problem
+        rest = problem._replace(sought=problem.sought[:k] + problem.sought[k + 1 :])
+        start = followed(rest, np.delete(found.values, k), found.launches, found.scales)
+        tried = fit(start, steps, report)
+        if tried.cost <= (1.0 + WORSE) * found.cost:
+            found = tried
         else:
-            found = rest
+            kept.append(doubtful[0].name)
     return found
-
-
-def decided(found: JointFit, steps: int, report: Callable[[float], object]) -> JointFit:
-    """Fit the numbers that the shots decide; those stay, too, without which the fit is worse."""
-
-    def without(found: JointFit, number: Unknown) -> JointFit | None:
-        k = found.problem.sought.index(number)
-        rest = tuple(each for each in found.problem.sought if each is not number)
-        problem, values = found.problem._replace(sought=rest), np.delete(found.values, k)
-        tried = fit(followed(problem, values, found.launches, found.scales), steps, report)
-        return tried if tried.cost <= (1.0 + WORSE) * found.cost else None
-
-    return let_go(found, undecided, without)
 
 
 def at_bounds(found: JointFit) -> list[str]:

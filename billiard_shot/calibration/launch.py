@@ -42,6 +42,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.calibration.recording import CommandedStroke, Floats, Frame, Recording, Samples
+from billiard_shot.cue.mechanism import Alignment
+from billiard_shot.cue.mechanism import EXACT as EXACT_MACHINE
+from billiard_shot.cue.plan import stroke_on_table
 from billiard_shot.planning.within_noise import strike_alone
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import nose_standoff
@@ -162,10 +165,16 @@ MIRRORED = np.array([1.0, -1.0, -1.0])
 
 @dataclass(frozen=True)
 class CalibrationModel:
-    """A scene without balls, and the frames of the recordings."""
+    """
+    A scene without balls, the frames of the recordings, and the machine that played.
+
+    Measured strokes are those of the driver with its alignment `measured`.
+    """
 
     scene: Scene
     frames: tuple[Frame, ...]
+    alignment: Alignment = EXACT_MACHINE
+    measured: Alignment = EXACT_MACHINE
 
     @cached_property
     def params(self) -> tuple[BallClothParams, TableParams]:
@@ -175,6 +184,15 @@ class CalibrationModel:
     def frame(self, samples: Samples) -> Frame:
         """Return the frame of the recording of a shot."""
         return self.frames[samples.recording]
+
+    def stroke(self, samples: Samples) -> Floats:
+        """Return the stroke (5,) of a shot without errors, if it was commanded."""
+        command, stroke = samples.command, samples.shot.stroke
+        assert command is not None
+        if stroke is None or not command.measured:
+            return np.array(command.offsets)
+        x, y = self.frame(samples).to_table(samples.rest[0]).tolist()
+        return stroke_on_table(self.alignment, stroke, (x, y), self.scene, self.measured)
 
 
 def calibration_model(scene: Scene, recordings: Sequence[Recording]) -> CalibrationModel:
@@ -219,7 +237,7 @@ def states_of(model: CalibrationModel, samples: Samples, launches: Floats) -> Ta
     position[..., :2] = apart(scene, frame.to_table(moved))
     velocity, spin = np.zeros_like(position), np.zeros_like(position)
     if samples.command is not None:
-        velocity[:, 0], spin[:, 0] = _strike(scene, samples.command, launches[:, :PLACES])
+        velocity[:, 0], spin[:, 0] = _strike(model, samples, launches[:, :PLACES])
         return TableStates(samples.balls, position, velocity, spin)
     direction = launches[:, DIRECTION] - frame.angle
     ahead = np.stack([np.cos(direction), np.sin(direction)], axis=-1)
@@ -233,10 +251,10 @@ def states_of(model: CalibrationModel, samples: Samples, launches: Floats) -> Ta
 
 def sigmas_of(command: CommandedStroke, radius: float) -> Floats:
     """Return the deviations (5,) of a commanded stroke (ball radii, rad, m/s)."""
-    return np.hypot(command.noise.sigmas(radius), LEAST_ERRORS)
+    return np.hypot(command.noise.sigmas(radius), 0.0 if command.measured else LEAST_ERRORS)
 
 
-def _strike(scene: Scene, command: CommandedStroke, errors: Floats) -> tuple[Floats, Floats]:
+def _strike(model: CalibrationModel, samples: Samples, errors: Floats) -> tuple[Floats, Floats]:
     """
     Strike the ball with errors (n, 5) of a commanded stroke, in standard deviations.
 
@@ -246,11 +264,13 @@ def _strike(scene: Scene, command: CommandedStroke, errors: Floats) -> tuple[Flo
         Of the ball [m/s] and [rad/s]; NaN if the stroke cannot be played.
 
     """
-    strikes, radius = strike_model_of(scene), scene.ball.radius
+    command, radius = samples.command, model.scene.ball.radius
+    assert command is not None
+    strikes = strike_model_of(model.scene)
     # Launches that differ in the places of the balls alone have the same strike.
     different, which = np.unique(errors, axis=0, return_inverse=True)
     away = command.noise.means(radius) + different * sigmas_of(command, radius)
-    strokes = with_errors(np.array(command.offsets), away)
+    strokes = with_errors(model.stroke(samples), away)
     if command.axis:
         strokes[:, [A, B]] /= 1.0 + strikes.tip_curvature  # where the tip touches
     played = strike_alone(strikes, strokes)

@@ -129,11 +129,16 @@ class Track:
 
 
 class CommandedStroke(NamedTuple):
-    """A stroke as it was commanded, see `Stroke.offsets`, and the errors of its execution."""
+    """
+    A stroke as it was commanded, see `Stroke.offsets`, and the errors of its execution.
+
+    If it was measured by a machine, the errors are those of the machine alone.
+    """
 
     offsets: tuple[float, ...]
     axis: bool
     noise: Noise
+    measured: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
