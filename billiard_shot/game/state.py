@@ -78,12 +78,12 @@ def find_plugin(name: str, folder: str, attribute: str, what: str) -> Any:
 
     """
     names = names_in(folder)
-    if name.endswith('.py'):
+    if Path(name).suffix == '.py':
         return _of_file(Path(name), attribute, what)
     if name in names:
         name = f'billiard_shot.game.{folder}.{name}'
     elif '.' not in name or not all(map(str.isidentifier, name.split('.'))):
-        allowed = f'one of {", ".join(names)}, or a module such as package.module'
+        allowed = f'one of {", ".join(names)}, or a module such as package.module or its path'
         raise refused(name, allowed, what, hint=suggestion(names, name))
     try:
         return getattr(import_module(name), attribute)
