@@ -142,7 +142,7 @@ nightly: setup
 	NIGHTLY=1 $(BIN)/pytest -n 2 --dist loadgroup -m nightly
 	$(BIN)/python benchmarks/random_strikes.py --count 100000 --mild
 
-BENCHMARKS := $(filter-out benchmarks/tables.py $(if $(filter none,$(ROS)),benchmarks/cue.py benchmarks/driver.py benchmarks/service.py),\
+BENCHMARKS := $(filter-out benchmarks/tables.py benchmarks/arena.py $(if $(filter none,$(ROS)),benchmarks/cue.py benchmarks/driver.py benchmarks/service.py),\
                            $(wildcard benchmarks/*.py))
 
 bench: setup

@@ -9,24 +9,18 @@ and its picture from the racks in FOLDER.
 """
 
 import argparse
-from dataclasses import replace
 import json
 from pathlib import Path
 from tempfile import mkdtemp
 from typing import NamedTuple
 
 import numpy as np
-from tools.foreign import foreign, player_scene
 from tools.processes import results_of
 from tools.timing import machine, Report
 
 from billiard_shot import predict_batch, Scene
-from billiard_shot.calibration.simulator import SHOTS
 from billiard_shot.game import Call, Pairing, play, State, summary
 from billiard_shot.game.rack import (
-    agents_of,
-    first_record,
-    play_rack,
     RackRecord,
     replayed,
     scene_of,
@@ -91,28 +85,14 @@ ABLATION = {
     )
 }
 HASTY = 'eight_ball-hasty'
-FOREIGN = {
-    'foreign-fitted': Series('tools.foreign', SEVEN_FOOT, (HALF, 'greedy'), None, 100),
-    'foreign-as-ours': Series('tools.foreign', SEVEN_FOOT, (HALF, 'greedy'), None, 100),
-}
-SERIES = PRACTICE | GAMES | GHOST | ABLATION | FOREIGN
+HEADING = '## Another simulator\n'  # of a section that arena.py writes
+SERIES = PRACTICE | GAMES | GHOST | ABLATION
 
 
 def play_one(key, number):
     """Play a rack of a series."""
-    series = SERIES[key]
-    scene = Scene.load(series.scene)
-    if key in FOREIGN:
-        return play_foreign(series, number, fitted=key == 'foreign-fitted')
-    return play(Pairing(series.game, scene, series.players, balls=series.balls), number)
-
-
-def play_foreign(series, number, *, fitted):
-    """Play on the table of others; only the first player may know more of it than is stated."""
-    pairing = Pairing(series.game, player_scene(fitted=False), series.players)
-    knowing = replace(pairing, scene=player_scene(fitted=fitted))
-    agents = [agents_of(knowing, number)[0], agents_of(pairing, number)[1]]
-    return play_rack(first_record(pairing, number), pairing.scene, agents, foreign)
+    game, scene, players, balls, *_ = SERIES[key]
+    return play(Pairing(game, Scene.load(scene), players, balls=balls), number)
 
 
 def known(folder):
@@ -202,7 +182,7 @@ def report_on(racks):
             '%',
             -100.0 * series.goal if series.goal else None,
         )
-        if key not in ABLATION | FOREIGN:
+        if key not in ABLATION:
             decisions += [
                 shot.cpu
                 for rack in racks[key]
@@ -213,16 +193,6 @@ def report_on(racks):
     report.row('CPU time of a decision, median', median, 's', MEDIAN)
     report.row('the same, 95 %', most, 's', MOST)
     report.end()
-
-
-def more_wins(racks, others):
-    """Return the 95 % interval of how many more of the same racks the first player wins."""
-    wins = [
-        np.array([each.winner == each.players[0] for each in some]) for some in (racks, others)
-    ]
-    more = np.subtract(*wins, dtype=float)
-    reach = 1.96 * more.std() / np.sqrt(len(more))
-    return more.mean() - reach, more.mean() + reach
 
 
 def share(count, total):
@@ -315,30 +285,10 @@ def as_page(racks):
                 f'| `{series.players[0]}` against `{series.players[1]}` | '
                 f'{share(player["wins"], len(racks[key]))} | {times(player)} |'
             )
+    other = (DOCS / 'games.md').read_text('utf-8').partition(HEADING)[2].partition('\n## ')[0]
     lines += [
         '',
-        '## Another simulator',
-        '',
-        'Eight-ball on a table that players do not know (`benchmarks/tools/foreign.py`): no',
-        'squirt, other frictions, cushions, errors and rules of fouls. `greedy` plans with',
-        f'`seven_foot`, `{HALF}` with the same, or with a scene that `calibrate` fitted to',
-        f'{SHOTS} shots there. The same racks for both rows.',
-        '',
-        '| scene | won against `greedy` |',
-        '|---|---|',
-    ]
-    for key in FOREIGN:
-        if racks[key]:
-            player = first_player(racks[key])
-            lines.append(
-                f'| {"fitted" if key == "foreign-fitted" else "`seven_foot`"} | '
-                f'{share(player["wins"], len(racks[key]))} |'
-            )
-    if count := min(len(racks[key]) for key in FOREIGN):
-        low, high = more_wins(*(racks[key][:count] for key in FOREIGN))
-        lines += ['', f'The difference is {percent(low)} to {percent(high)} % of the racks.']
-    lines += [
-        '',
+        HEADING + other,
         '## Stated and measured chances',
         '',
         'Shots of these racks, by deciles of the stated chance to keep the turn, if a decile',
@@ -349,7 +299,7 @@ def as_page(racks):
         '|---|---|---|',
     ]
     # With hardly any time the first strokes are played by the chances of direct shots alone.
-    own = {key: racks[key] for key in SERIES if key != HASTY and key not in FOREIGN}
+    own = {key: racks[key] for key in SERIES if key != HASTY}
     for stated, shots, came in calibration(own):
         if len(shots) < FEW:
             continue
