@@ -134,7 +134,7 @@ def main():
             grown = max(
                 resident(each) - was for each, was in zip(cell.values(), before, strict=True)
             )
-            report.row('memory of a node grown by, at most', grown, 'MB', 5.0)
+            report.row(' memory of a node grown by, at most', grown, 'MB', 5.0)
     report.end()
 
 

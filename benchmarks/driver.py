@@ -106,13 +106,13 @@ def main():
             measured = [cell[name] for name in LIMITS]
             used_at_rest = fractions_at_rest(player, measured, options.seconds)
             for name, used in zip(LIMITS, used_at_rest, strict=True):
-                report.row(f'{name} at rest', used, '% of a core', LIMITS[name])
+                report.row(f' {name} at rest', used, '% of a core', LIMITS[name])
             for name, program in FLOODS.items():
                 with processes([('-c', program)]):
                     player.until(lambda: False, 3.0)
                     latencies = stop_latencies(player, options.stops)
                 row = f'emergency stop under a flood of {name}, {options.stops} stops: '
-                report.row(f'{row}median', float(np.median(latencies)), 'ms')
+                report.row(f' {row}median', float(np.median(latencies)), 'ms')
                 report.row(f'{row}largest', max(latencies), 'ms', LATEST)
     report.end()
 

@@ -203,7 +203,7 @@ def seeds(report, clock, count):
             found.append(100.0 * measured(scene, target, strokes)[0].mean() if best else 0.0)
         ranges.append(np.ptp(found))
     name = f'{count} pots from {SEEDS} seeds: range of success, '
-    report.row(f'{name}median', float(np.median(ranges)), 'points', 6.0)
+    report.row(f' {name}median', float(np.median(ranges)), 'points', 6.0)
     report.row(f'{name}largest', max(ranges), 'points', 15.0)
 
 

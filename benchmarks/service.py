@@ -114,7 +114,7 @@ def main():
             for process in processes:
                 process.send_signal(signal.SIGINT)
                 process.wait(timeout=10)
-    report.row(f'growth of memory in {calls} calls', grown, 'MB', MAX_GROWTH)
+    report.row(f' growth of memory in {calls} calls', grown, 'MB', MAX_GROWTH)
     report.end()
 
 

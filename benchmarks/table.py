@@ -136,7 +136,7 @@ def spread(report, racks):
         where = scene('mathavan', duration=DURATION)
         costs = [per_shot(where, states(rack), 20).cpu for rack in given]
         report.row(
-            f'{name}: 95 % of {len(costs)} racks within, in medians',
+            f' {name}: 95 % of {len(costs)} racks within, in medians',
             float(np.percentile(costs, 95) / np.median(costs)),
             '',
             SPREAD,
