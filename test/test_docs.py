@@ -109,7 +109,7 @@ def test_strokes_for_the_robot_are_not_miscues():
     found = [strokes_from_options(parser.parse_args(words.split()), paper) for words in given]
     played = [(paper, stroke) for strokes in found for stroke in strokes.values()]
     demo = billiard_shot.Scene.load('robot_table')
-    own = read_strokes(ROBOT / 'demo_strokes.yaml', demo.cue_ball)
+    own = read_strokes(ROOT / 'config' / 'strokes' / 'demo.yaml', demo.cue_ball)
     for scene, stroke in (*played, *((demo, stroke) for stroke in own.values())):
         assert billiard_shot.predict(scene, stroke).status.name == 'OK', stroke
 

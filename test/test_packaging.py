@@ -147,7 +147,6 @@ def test_wheel_has_scenes_the_page_and_what_ros_looks_for(wheel):
         assert f'billiard_shot/pictures/page/{part}' in names
     for part in ('core.mjs', 'package.json'):
         assert f'billiard_shot/embed/web/{part}' in names
-    assert 'billiard_shot/ros/demo_strokes.yaml' in names
     shared = [name.split('/data/')[1] for name in names if '/data/' in name]
     for name in (
         'ament_index/resource_index/packages/billiard_shot',

@@ -1,6 +1,7 @@
 """How a predictor starts and how it ends."""
 
 from dataclasses import fields
+from pathlib import Path
 import re
 import signal
 import subprocess
@@ -216,7 +217,8 @@ def test_parameters_are_described_and_checked_when_set(ask, node):
 
 @pytest.mark.xdist_group('demo')  # it shares no node with the others
 def test_demo_prints_the_four_shots(domain):
-    done = ran([sys.executable, '-m', 'billiard_shot.ros.demo'], timeout=240)
+    demo = Path(__file__).parents[2] / 'config' / 'demo.py'
+    done = ran([sys.executable, str(demo)], timeout=240)
     assert done.returncode == 0, done.stderr
     for name in ('vertical', 'horizontal', 'jump', 'massé'):
         assert f'{name}: Stroke(' in done.stdout

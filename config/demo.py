@@ -7,7 +7,6 @@ are compared with the predictions. At the end the player clears three balls of a
 ROS domain is private, so that neither a robot nor a second demo can interfere.
 """
 
-from pathlib import Path
 import subprocess
 import sys
 
@@ -27,7 +26,7 @@ DEMO_SCENE = 'robot_table'  # of the mechanical cue
 # Arguments of all nodes; each node takes those that it has.
 QUICK = ('-p', 'real_time_factor:=4.0', '-p', 'rate:=100.0', '--log-level', 'error')
 
-DEMO_STROKES = str(Path(__file__).with_name('demo_strokes.yaml'))
+DEMO_STROKES = str(config_file('strokes/demo.yaml'))
 TARGET = '{rest: [0.5, -0.3], radius: 0.1}'
 GAME_OPTIONS = ('--game', 'practice', '--balls', '3', '--seed', '0')
 UNATTENDED = ('--scene', DEMO_SCENE, '--arm', '--simulate-safety-inputs')
