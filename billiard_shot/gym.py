@@ -1,5 +1,5 @@
 """
-Environments for learning agents: practice on tables of random balls, and a rack of eight-ball.
+Environments of Gymnasium for learning agents: practice on random balls, and a rack of eight-ball.
 
 Actions are numbers from -1 to 1. A table of practice lasts until a stroke pots nothing; the rack
 is played against an agent of the package.
@@ -566,3 +566,11 @@ def _call(state: State, outcome: Outcome) -> Call:
     """Call the first ball that fell and may be potted."""
     may = state.game.targets(state)
     return next((Call(*pair) for pair in outcome.pocketed if pair[0] in may), NO_CALL)
+
+
+gymnasium.register(
+    'BilliardShot/Practice-v0',
+    entry_point='billiard_shot.gym:PracticeEnv',
+    vector_entry_point='billiard_shot.gym:PracticeVectorEnv',
+)
+gymnasium.register('BilliardShot/EightBall-v0', entry_point='billiard_shot.gym:EightBallEnv')
