@@ -5,8 +5,16 @@ from typing import Any
 
 import numpy as np
 
-from billiard_shot.pictures.canvas import new_figure, save
-from billiard_shot.pictures.colours import BLUE, GREEN, GREY, PURPLE, SKY, VERMILION
+from billiard_shot.pictures.canvas import (
+    BLUE,
+    GREEN,
+    GREY,
+    new_figure,
+    PURPLE,
+    save,
+    SKY,
+    VERMILION,
+)
 from billiard_shot.pictures.history import CollisionTrace
 from studies.two_balls import ImpactState, normal_impulses, PING_PONG, TwoBalls
 

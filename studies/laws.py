@@ -29,8 +29,15 @@ from billiard_shot.cli.shots import (
     strokes_given,
 )
 from billiard_shot.cli.workers import mapped, OfWork
-from billiard_shot.pictures.canvas import add_legend, new_figure, save
-from billiard_shot.pictures.colours import BLUE, GREEN, GREY, VERMILION
+from billiard_shot.pictures.canvas import (
+    add_legend,
+    BLUE,
+    GREEN,
+    GREY,
+    new_figure,
+    save,
+    VERMILION,
+)
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene
 from billiard_shot.shot.stroke import Stroke

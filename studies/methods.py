@@ -30,8 +30,16 @@ from billiard_shot.cli.shots import (
     strokes_given,
 )
 from billiard_shot.cli.workers import mapped, OfWork
-from billiard_shot.pictures.canvas import add_legend, new_figure, save
-from billiard_shot.pictures.colours import BLACK, BLUE, GREEN, PURPLE, VERMILION
+from billiard_shot.pictures.canvas import (
+    add_legend,
+    BLACK,
+    BLUE,
+    GREEN,
+    new_figure,
+    PURPLE,
+    save,
+    VERMILION,
+)
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene
 from billiard_shot.scene.errors import reason

@@ -12,8 +12,15 @@ from typing import Any
 
 import numpy as np
 
-from billiard_shot.pictures.canvas import add_legend, new_figure, save
-from billiard_shot.pictures.colours import BLACK, GREY, MOTIONS, VERMILION
+from billiard_shot.pictures.canvas import (
+    add_legend,
+    BLACK,
+    GREY,
+    MOTIONS,
+    new_figure,
+    save,
+    VERMILION,
+)
 from billiard_shot.pictures.table import draw_balls, draw_cue
 from billiard_shot.pictures.trails import Trails, trails_of, trails_of_run
 from billiard_shot.scene import Effects, Scene

@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.pictures.canvas import new_figure, save
-from billiard_shot.pictures.colours import BLUE, GREEN, ORANGE
+from billiard_shot.pictures.canvas import BLUE, GREEN, new_figure, ORANGE, save
 from billiard_shot.pictures.table import draw_balls, draw_table
 from billiard_shot.pictures.trails import trails_of
 from billiard_shot.planning.problem import limits_of, Problem, problem_of

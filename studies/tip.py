@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from billiard_shot.pictures.canvas import add_legend, new_figure, save
-from billiard_shot.pictures.colours import BLUE, GREY, VERMILION
+from billiard_shot.pictures.canvas import add_legend, BLUE, GREY, new_figure, save, VERMILION
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene
 from billiard_shot.shot.predict import predict, predict_batch

@@ -27,7 +27,6 @@ from billiard_shot.cli.output import (
     tolerant_output,
     WRONG_INPUT,
 )
-from billiard_shot.pictures.canvas import require_matplotlib
 from billiard_shot.scene.errors import must_be, must_be_one_of
 
 COMMANDS = {  # and what each does
@@ -83,6 +82,8 @@ def run_command(parse: Callable[[], argparse.Namespace]) -> int:
         check_options(options, options.parser)
         check_files(options)  # before the work, not after it
         if any(getattr(options, name, None) for name in PICTURES):
+            from billiard_shot.pictures.canvas import require_matplotlib
+
             require_matplotlib()
         with tolerant_output():
             code = int(options.run(options))

@@ -7,7 +7,7 @@ import numpy as np
 
 from billiard_shot.film.lens import Bytes, Floats
 from billiard_shot.film.table_in_picture import FoundTable
-from billiard_shot.pictures.colours import ball_colour
+from billiard_shot.pictures.canvas import ball_colour
 
 NOSE, SIGHT, BALL, UNDER = (240, 228, 66), (204, 121, 167), (255, 255, 255), (0, 0, 0)
 

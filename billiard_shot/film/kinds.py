@@ -9,7 +9,7 @@ from scipy.optimize import linear_sum_assignment
 from billiard_shot.film.balls import Sights
 from billiard_shot.film.lens import Floats
 from billiard_shot.film.tracks import Path
-from billiard_shot.pictures.colours import ball_colour, is_striped
+from billiard_shot.pictures.canvas import ball_colour, is_striped
 from billiard_shot.scene.placement import CUE_BALL
 
 BRIGHTEST = 235.0

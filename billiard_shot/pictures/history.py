@@ -22,16 +22,17 @@ from billiard_shot.impact.collide import Body, Contact, contact_space, propertie
 from billiard_shot.impact.options import elastic_energy, LAWS
 from billiard_shot.impact.state import ContactState, is_active, Model, Workspace
 from billiard_shot.impact.taylor import advance
-from billiard_shot.pictures.canvas import new_figure, save
-from billiard_shot.pictures.colours import (
+from billiard_shot.pictures.canvas import (
     ball_colour,
     BLACK,
     BLUE,
     GREEN,
     GREY,
     MOTIONS,
+    new_figure,
     ORANGE,
     PURPLE,
+    save,
     SKY,
     VERMILION,
 )

@@ -10,8 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from billiard_shot.pictures.canvas import has_matplotlib
-from billiard_shot.pictures.colours import ball_colour
+from billiard_shot.pictures.canvas import ball_colour, has_matplotlib
 from billiard_shot.pictures.table import draw_balls, shot_figure, table_axes
 from billiard_shot.planning.result import PlanResult
 from billiard_shot.planning.statistics import interval_in_words, percent

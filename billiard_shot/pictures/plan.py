@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from billiard_shot.pictures.canvas import add_legend, new_figure, save
-from billiard_shot.pictures.colours import GREEN, VERMILION
+from billiard_shot.pictures.canvas import add_legend, GREEN, new_figure, save, VERMILION
 from billiard_shot.pictures.table import (
     draw_balls,
     draw_cue,

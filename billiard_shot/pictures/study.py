@@ -5,8 +5,7 @@ import math
 from pathlib import Path
 from typing import Any
 
-from billiard_shot.pictures.canvas import new_figure, save
-from billiard_shot.pictures.colours import BLUE, GREEN, GREY, VERMILION
+from billiard_shot.pictures.canvas import BLUE, GREEN, GREY, new_figure, save, VERMILION
 from billiard_shot.study import cost_of_accuracy, EffectStudy, Tolerance
 
 TIMES = (

@@ -17,16 +17,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from billiard_shot.pictures.canvas import add_legend, new_figure, require_matplotlib, save
-from billiard_shot.pictures.colours import (
+from billiard_shot.pictures.canvas import (
+    add_legend,
     ball_colour,
     BLACK,
     BLUE,
     GREEN,
     GREY,
     is_striped,
+    new_figure,
     ORANGE,
     PURPLE,
+    require_matplotlib,
+    save,
     VERMILION,
 )
 from billiard_shot.pictures.trails import cue_motion, OFF_CLOTH, path_colours, Trails, trails_of

@@ -19,7 +19,7 @@ import webbrowser
 
 from billiard_shot.embed.page_state import equipment_of, start_of
 from billiard_shot.embed.scenes import core_script, export_scene
-from billiard_shot.pictures.colours import ball_colour, is_striped
+from billiard_shot.pictures.canvas import ball_colour, is_striped
 from billiard_shot.scene import Scene, SceneLike
 from billiard_shot.scene.errors import reason
 from billiard_shot.scene.player import NOISES, OFFSETS

@@ -19,7 +19,7 @@ from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker, MarkerArray
 
 from billiard_shot import Shot
-from billiard_shot.pictures.colours import ball_colour, GREY, MOTIONS
+from billiard_shot.pictures.canvas import ball_colour, GREY, MOTIONS
 from billiard_shot.pictures.trails import trails_of
 from billiard_shot.planning.result import RankedStroke
 from billiard_shot.records import Array

@@ -17,7 +17,7 @@ import cv2
 import numpy as np
 
 from billiard_shot import BallState, Scene, simulate
-from billiard_shot.pictures.colours import ball_colour, is_striped
+from billiard_shot.pictures.canvas import ball_colour, is_striped
 from billiard_shot.table.model.motion import Motion as MotionCode
 from billiard_shot.table.run.outline import outline_of
 

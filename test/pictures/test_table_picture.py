@@ -13,7 +13,7 @@ from billiard_shot import BallState, predict, Scene, simulate, Stroke
 from billiard_shot.game import game_names, start
 from billiard_shot.game.rack import Pairing, play
 from billiard_shot.pictures import rack
-from billiard_shot.pictures.colours import ball_colour, CUE_BALL_COLOUR, is_striped, OTHER, POOL
+from billiard_shot.pictures.canvas import ball_colour, CUE_BALL_COLOUR, is_striped, OTHER, POOL
 from billiard_shot.pictures.plan import plan_figure
 from billiard_shot.pictures.rack import COLUMNS, table_text, write_rack
 from billiard_shot.pictures.table import (

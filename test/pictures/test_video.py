@@ -12,7 +12,7 @@ from billiard_shot.cli import main
 
 pytest.importorskip('matplotlib')  # an extra
 
-from billiard_shot.pictures.colours import ball_colour, CUE_BALL_COLOUR
+from billiard_shot.pictures.canvas import ball_colour, CUE_BALL_COLOUR
 from billiard_shot.pictures.table import END_SHOWN, image_times, images, RATE, write_video
 from billiard_shot.pictures.trails import cue_motion, OFF_CLOTH, trails_of
 from billiard_shot.table.run.outline import outline_of

@@ -21,7 +21,7 @@ from waiting import PatientCaller, spin_until
 import yaml
 
 from billiard_shot import Motion, predict, Scene, Stroke
-from billiard_shot.pictures.colours import ball_colour, MOTIONS
+from billiard_shot.pictures.canvas import ball_colour, MOTIONS
 from billiard_shot.ros import table_display
 
 ROOT = Path(__file__).resolve().parents[2]
