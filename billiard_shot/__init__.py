@@ -128,12 +128,7 @@ def __getattr__(name: str) -> Any:
     return value
 
 
-def _html_of(thing: object) -> str:
-    html: str = import_module(f'{__name__}.pictures.notebook').html_of(thing)
-    return html
-
-
-Shown.html_of = _html_of
+Shown.pictures = lambda name: import_module(f'{__name__}.pictures.{name}')
 
 
 def __dir__() -> list[str]:

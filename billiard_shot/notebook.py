@@ -8,10 +8,12 @@ class Shown:
     """An object that notebooks show as HTML."""
 
     __slots__ = ()
-    html_of: ClassVar[Callable[[object], str]]  # set by the package, which knows the pictures
+    pictures: ClassVar[Callable[[str], Any]]
+    """Module of `billiard_shot.pictures`, by its name; set by the package, which knows them."""
 
     def _repr_html_(self) -> str:
-        return type(self).html_of(self)
+        html: str = Shown.pictures('notebook').html_of(self)
+        return html
 
 
 class Tabular:

@@ -24,6 +24,7 @@ from billiard_shot.calibration.recording import (
     Samples,
     samples_of,
 )
+from billiard_shot.notebook import Shown
 from billiard_shot.scene import Scene
 
 SPANS = 1.0, 2.0, 5.0, np.inf
@@ -215,6 +216,4 @@ class Calibration:
 
     def report(self, path: str | Path) -> None:
         """Write a page for a browser: how well the scene predicts, and what is known."""
-        from billiard_shot.pictures.calibration import write_report
-
-        write_report(self, Path(path))
+        Shown.pictures('calibration').write_report(self, Path(path))

@@ -487,12 +487,9 @@ class Shot(Shown, Tabular):
             If matplotlib is not installed, or the file cannot be written.
 
         """
-        from billiard_shot.pictures.canvas import save
-        from billiard_shot.pictures.table import shot_figure
-
-        figure = shot_figure(self)
+        figure = Shown.pictures('table').shot_figure(self)
         if path is not None:
-            save(figure, Path(path))
+            Shown.pictures('canvas').save(figure, Path(path))
         return figure
 
     def view(self, path: str | Path | None = None) -> Path:
@@ -502,9 +499,9 @@ class Shot(Shown, Tabular):
         Without `path` the page is a temporary file, and opens in the browser. ValueError if the
         file cannot be written, or the stroke was refused.
         """
-        from billiard_shot.pictures.view import open_page, write_page
-
+        pages = Shown.pictures('view')
         if path is None:
-            return open_page(self)
-        write_page(self, Path(path))
+            opened: Path = pages.open_page(self)
+            return opened
+        pages.write_page(self, Path(path))
         return Path(path)
