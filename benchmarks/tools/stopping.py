@@ -10,7 +10,7 @@ from trajectory_msgs.msg import JointTrajectory
 
 from billiard_shot import Scene, Stroke
 from billiard_shot.cue.safety import SafetyState
-from billiard_shot.ros.cue_conversions import is_stop
+from billiard_shot.ros.conversions import is_stop
 from tools.caller import Caller
 
 SCENE = Scene.load('paper')

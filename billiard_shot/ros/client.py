@@ -32,15 +32,7 @@ from billiard_shot import Scene, Stroke
 from billiard_shot.cue.plan import GoalOutcome, RefusedError
 from billiard_shot.cue.safety import SafetyState
 from billiard_shot.perception.sightings import Balls, RestWatch
-from billiard_shot.ros import conversions, cue_conversions
-from billiard_shot.ros.node_runner import (
-    BURST,
-    EVERY_STATE,
-    initialized,
-    LATCHED,
-    steady_timer,
-    UNKNOWN_NODE,
-)
+from billiard_shot.ros import conversions, node_runner
 from billiard_shot.scene.errors import printable
 from billiard_shot.scene.placement import CUE_BALL
 
@@ -111,16 +103,18 @@ class RobotClient(Node):
         self.is_canceled = self._goes_on = False
         self.problems = ['no diagnostics']  # of cue_driver
         self._predict: Client[Any, Any] = self.create_client(
-            PredictShot, 'predict_shot', qos_profile=BURST
+            PredictShot, 'predict_shot', qos_profile=node_runner.BURST
         )
         self._arm: Client[Any, Any] = self.create_client(Arm, 'cue_driver/arm')
         self._plan: ActionClient[Any, Any, Any] = ActionClient(self, PlanShot, 'plan_shot')
         self.execute_shot: ActionClient[Any, Any, Any] = ActionClient(
             self, ExecuteShot, 'execute_shot'
         )
-        self.create_subscription(TableState, 'table_state', self._on_table, LATCHED)
+        self.create_subscription(TableState, 'table_state', self._on_table, node_runner.LATCHED)
         self.create_subscription(DiagnosticArray, '/diagnostics', self._on_diagnostics, 10)
-        self.create_subscription(CueState, 'cue_driver/state', self.states.append, EVERY_STATE)
+        self.create_subscription(
+            CueState, 'cue_driver/state', self.states.append, node_runner.EVERY_STATE
+        )
         self.safety_publishers: dict[str, Publisher[Bool]] = {}
         self._discovered = monotonic() + DISCOVERY
         if simulate_safety_inputs:
@@ -136,7 +130,7 @@ class RobotClient(Node):
         own = self.get_name(), self.get_namespace()
         for name in SAFETY_INPUTS:
             for other in self.get_publishers_info_by_topic(self.resolve_topic_name(name)):
-                if other.node_name == UNKNOWN_NODE:
+                if other.node_name == node_runner.UNKNOWN_NODE:
                     return  # it may be this node; a later call finds its name
                 if (other.node_name, other.node_namespace) != own:
                     raise NotReadyError(
@@ -316,10 +310,10 @@ class RobotClient(Node):
             )
         shot_id = f'{name} {uuid.uuid4().hex[:8]}'  # the driver plays each id once
         command = scene.noise.commanded(stroke, scene.ball.radius)
-        plan = cue_conversions.plan_of(command, balls, scene, shot_id)
+        plan = conversions.plan_of(command, balls, scene, shot_id)
         frame = self.known_table().header.frame_id
         header = Header(frame_id=frame, stamp=self.get_clock().now().to_msg())
-        return self.goal_to_play(cue_conversions.plan_message(plan, header), valid_for)
+        return self.goal_to_play(conversions.plan_message(plan, header), valid_for)
 
     def goal_to_play(self, plan: Plan, valid_for: float = VALIDITY) -> ExecuteShot.Goal:
         """Make a goal to play a plan within `valid_for` [s] from now."""
@@ -543,12 +537,12 @@ def run_client(
         client.is_canceled |= bool(caught)
 
     # The handlers of rclpy would shut down its context, and then no goal could be cancelled.
-    with initialized(args, signal_handler_options=SignalHandlerOptions.NO):
+    with node_runner.initialized(args, signal_handler_options=SignalHandlerOptions.NO):
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, lambda number, _: caught.append(number))
         try:
             client = RobotClient(name if serves else f'{name}_client', **options)
-            steady_timer(client, LOOK_PERIOD, end_if_caught)
+            node_runner.steady_timer(client, LOOK_PERIOD, end_if_caught)
             gc.freeze()  # a long garbage collection would silence the safety inputs
             code = PLAYED if work(client) else SHOT_FAILED
         except NotReadyError as error:

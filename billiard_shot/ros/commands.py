@@ -19,7 +19,7 @@ from billiard_shot.cue.controller import Command
 from billiard_shot.cue.inputs import steady_time
 from billiard_shot.cue.joint_trajectory import braked, excerpt, JointTrajectory
 from billiard_shot.records import Array
-from billiard_shot.ros import cue_conversions as conversions
+from billiard_shot.ros import conversions
 from billiard_shot.ros.node_runner import publishers_of, UNKNOWN_NODE
 
 FAREWELL = 0.5

@@ -24,35 +24,8 @@ from billiard_shot.cue.mechanism import INCLINE, Mechanism
 from billiard_shot.cue.model import elevation_joint
 from billiard_shot.cue.plan import GoalOutcome, RefusedError
 from billiard_shot.cue.safety import BEFORE_STROKE, LATCHED_STATES, MOVING, SafetyDecision
-from billiard_shot.ros import cue_conversions as conversions
-from billiard_shot.ros import parameters
+from billiard_shot.ros import conversions, node_runner, parameters
 from billiard_shot.ros.commands import CommandTopic, ControllerClient
-from billiard_shot.ros.conversions import check_frame, seconds, sightings_of
-from billiard_shot.ros.node_runner import (
-    EndError,
-    EVERY_STATE,
-    GoalHandle,
-    JOINT_STATES,
-    LATCHED,
-    nanoseconds,
-    publisher_of,
-    publishers_of,
-    SAFETY_INPUT,
-    set_niceness,
-    spin_node,
-    stamped,
-    steady_timer,
-    written,
-)
-from billiard_shot.ros.parameters import (
-    check_topic,
-    checked,
-    guided_scene,
-    OfGuidedScene,
-    OfMechanism,
-    OfTable,
-    OfUrgent,
-)
 from billiard_shot.scene import Scene
 from billiard_shot.scene.fields import choice, number
 
@@ -75,7 +48,9 @@ DEAF_TIME = 2.0
 
 
 @dataclass(frozen=True)
-class CueDriverParameters(OfTable, OfGuidedScene, OfMechanism, OfUrgent):
+class CueDriverParameters(
+    parameters.OfTable, parameters.OfGuidedScene, parameters.OfMechanism, parameters.OfUrgent
+):
     """
     Parameters of the node.
 
@@ -101,7 +76,9 @@ class CueDriverParameters(OfTable, OfGuidedScene, OfMechanism, OfUrgent):
     READ_ONLY: ClassVar = ('autostart', 'interface', 'controller', 'niceness', 'period')
     autostart: bool = False
     interface: str = choice('topic', 'follow_joint_trajectory', default='topic')
-    controller: str = checked('joint_trajectory_controller/follow_joint_trajectory', check_topic)
+    controller: str = parameters.checked(
+        'joint_trajectory_controller/follow_joint_trajectory', parameters.check_topic
+    )
     period: float = number('s', minimum=0.001, maximum=0.1, default=0.02)
     alignment_limit: float = number('', minimum=0.0, maximum=10.0, default=1.0)
     state_file: str = ''
@@ -151,9 +128,9 @@ class CueDriver(LifecycleNode):
             ),
         )
         self._own = parameters.read(CueDriverParameters, self)
-        set_niceness(self, self._own.niceness)
+        node_runner.set_niceness(self, self._own.niceness)
         self._decided = 0  # ROS time of the last decision [ns]
-        self._goal: GoalHandle | None = None  # that is being executed
+        self._goal: node_runner.GoalHandle | None = None  # that is being executed
         self._ended: dict[bytes, Future[Result]] = {}  # by ids of goals without an answer
         self._last_strike = Strike()
         self._rivals = ''  # why no motion can be commanded: another node has this name
@@ -183,7 +160,7 @@ class CueDriver(LifecycleNode):
         self._controller.deactivate(steady_time(), UNCONFIGURED, 'started')
         started = self.get_clock().now().nanoseconds
         self._controller.receive_clock(1e-9 * started, steady_time())
-        steady_timer(self, 1.0, self._look_after)
+        node_runner.steady_timer(self, 1.0, self._look_after)
         self._starts = self._own.autostart and self.trigger_configure() is SUCCESS
         self._start()
 
@@ -205,7 +182,7 @@ class CueDriver(LifecycleNode):
             )
         mechanism = Mechanism.load(self._own.mechanism)
         mechanism.alignment.check_plausible(self._own.alignment_limit)
-        return mechanism, guided_scene(self._own.scene), settings
+        return mechanism, parameters.guided_scene(self._own.scene), settings
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Start over with the current parameters; a latched state stays."""
@@ -237,24 +214,30 @@ class CueDriver(LifecycleNode):
         self._last_seen = 0  # stamp of the last table_state [ns]
         publishers = [
             self.create_publisher(Float64, '~/incline_angle', 10),
-            self.create_publisher(CueState, '~/state', EVERY_STATE),
-            self.create_publisher(Plan, '~/plan', LATCHED),
+            self.create_publisher(CueState, '~/state', node_runner.EVERY_STATE),
+            self.create_publisher(Plan, '~/plan', node_runner.LATCHED),
             self.create_publisher(Strike, '~/strike', 10),
             self.create_publisher(JointState, 'joint_states', 10),
         ]
         self._incline, self._state, self._plan, self._strike, self._joints = publishers
         subscriptions = [
-            self.create_subscription(Bool, 'estop', self._on_estop, SAFETY_INPUT),
-            self.create_subscription(Bool, 'interlock', self._on_interlock, SAFETY_INPUT),
-            self.create_subscription(JointState, 'joint_states', self._on_joints, JOINT_STATES),
-            self.create_subscription(TableState, 'table_state', self._on_table, LATCHED),
+            self.create_subscription(Bool, 'estop', self._on_estop, node_runner.SAFETY_INPUT),
+            self.create_subscription(
+                Bool, 'interlock', self._on_interlock, node_runner.SAFETY_INPUT
+            ),
+            self.create_subscription(
+                JointState, 'joint_states', self._on_joints, node_runner.JOINT_STATES
+            ),
+            self.create_subscription(
+                TableState, 'table_state', self._on_table, node_runner.LATCHED
+            ),
         ]
         services = [
             self.create_service(Arm, '~/arm', _answering(self._arm)),
             self.create_service(Trigger, '~/disarm', _answering(self._disarm)),
             self.create_service(Trigger, '~/clear_fault', _answering(self._clear)),
         ]
-        self._timer = steady_timer(self, self._period, self._tick)
+        self._timer = node_runner.steady_timer(self, self._period, self._tick)
         self._destroy = [
             lambda: self.destroy_timer(self._timer),
             *(lambda each=each: self.destroy_service(each) for each in services),
@@ -317,23 +300,31 @@ class CueDriver(LifecycleNode):
 
     def _on_estop(self, message: Bool, info: Mapping[str, Any]) -> None:
         now = steady_time()
-        self._controller.receive_estop(message.data, written(info, now), now, publisher_of(info))
+        self._controller.receive_estop(
+            message.data, node_runner.written(info, now), now, node_runner.publisher_of(info)
+        )
 
     def _on_interlock(self, message: Bool, info: Mapping[str, Any]) -> None:
         now = steady_time()
-        who = publisher_of(info)
-        self._controller.receive_interlock(message.data, written(info, now), now, who)
+        who = node_runner.publisher_of(info)
+        self._controller.receive_interlock(message.data, node_runner.written(info, now), now, who)
 
     def _on_joints(self, message: JointState, info: Mapping[str, Any]) -> None:
         now = steady_time()
-        time = min(written(info, now), stamped(message.header.stamp, self.get_clock(), now))
+        time = min(
+            node_runner.written(info, now),
+            node_runner.stamped(message.header.stamp, self.get_clock(), now),
+        )
         joints = self._feedback.update(message.name, message.position, message.velocity)
         self._controller.missing_joints = self._feedback.missing
         if joints:
             self._controller.receive_joints(*joints, time, now)
 
     def _on_table(self, message: TableState, info: Mapping[str, Any]) -> None:
-        seen, clock = nanoseconds(message.header.stamp), self.get_clock().now().nanoseconds
+        seen, clock = (
+            node_runner.nanoseconds(message.header.stamp),
+            self.get_clock().now().nanoseconds,
+        )
         if 0 < seen < self._last_seen <= clock:  # else the clock was set
             older = 1e-9 * (self._last_seen - seen)
             self.get_logger().warning(f'ignored a table_state {older:.3g} s older than the last')
@@ -341,13 +332,13 @@ class CueDriver(LifecycleNode):
         self._last_seen = seen
         now = steady_time()
         try:
-            check_frame('header.frame_id', message.header, self._own.frame)
-            balls = sightings_of(message.balls, message.header.stamp)
+            conversions.check_frame('header.frame_id', message.header, self._own.frame)
+            balls = conversions.sightings_of(message.balls, message.header.stamp)
         except ValueError as error:
             self.get_logger().error(f'table_state: {error}; the table is not known any more')
             self._controller.reject_table(f'table_state: {error}', now)
         else:
-            heard = written(info, now)
+            heard = node_runner.written(info, now)
             self._controller.receive_table(balls, 1e-9 * seen, heard, 1e-9 * clock, now)
 
     # --- requests -------------------------------------------------------------------------------
@@ -362,7 +353,7 @@ class CueDriver(LifecycleNode):
         self._count_publishers()
         return self._controller.clear(steady_time())
 
-    def _begin(self, goal: GoalHandle) -> None:
+    def _begin(self, goal: node_runner.GoalHandle) -> None:
         """Begin an accepted goal, before anything else happens; a task that waits ends it."""
         now = self.get_clock().now()
         self._decided = now.nanoseconds
@@ -370,7 +361,9 @@ class CueDriver(LifecycleNode):
         # The last tick may be so long ago that a new plan would seem to be ahead of the clock.
         self._controller.receive_clock(1e-9 * self._decided, steady_time())
         try:
-            remaining = seconds(goal.request.expiry) - seconds(now.to_msg())
+            remaining = conversions.seconds(goal.request.expiry) - conversions.seconds(
+                now.to_msg()
+            )
             plan = conversions.shot_plan_of(goal.request.plan, self._own.frame)
             self._controller.execute(
                 plan, remaining, steady_time, allow_miscue=goal.request.allow_miscue
@@ -387,7 +380,7 @@ class CueDriver(LifecycleNode):
             goal.publish_feedback(ExecuteShot.Feedback(state=self._state_message()))
         goal.execute()
 
-    async def _end(self, goal: GoalHandle) -> ExecuteShot.Result:
+    async def _end(self, goal: node_runner.GoalHandle) -> ExecuteShot.Result:
         """Wait until a goal has ended, and answer it."""
         result = await self._ended[_id_of(goal)]
         del self._ended[_id_of(goal)]
@@ -400,7 +393,7 @@ class CueDriver(LifecycleNode):
             goal.abort()
         return conversions.execution_result(result, self._last_strike)
 
-    def _cancel(self, goal: GoalHandle) -> CancelResponse:
+    def _cancel(self, goal: node_runner.GoalHandle) -> CancelResponse:
         if goal is not self._goal or self._controller.state not in BEFORE_STROKE:
             return CancelResponse.REJECT
         self._controller.disarm(steady_time(), 'canceled', GoalOutcome.CANCELED)
@@ -438,7 +431,7 @@ class CueDriver(LifecycleNode):
         if now - controller.deaf_since > DEAF_TIME and any(
             self.count_publishers(name) for name in ('estop', 'interlock', 'table_state')
         ):
-            raise EndError(
+            raise node_runner.EndError(
                 f'nothing has been received for {DEAF_TIME:g} s since this process paused'
             )
 
@@ -457,7 +450,9 @@ class CueDriver(LifecycleNode):
 
     def _count_publishers(self) -> None:
         for each in (self._controller.estop, self._controller.interlock):
-            each.keep(publishers_of(self, self.resolve_topic_name(each.name)), steady_time())
+            each.keep(
+                node_runner.publishers_of(self, self.resolve_topic_name(each.name)), steady_time()
+            )
         self._rivals = self._rival()
 
     def _rival(self) -> str:
@@ -522,7 +517,7 @@ class CueDriver(LifecycleNode):
             self.get_logger().warning(f'not ready: {wrong}', throttle_duration_sec=REMINDER_PERIOD)
 
 
-def _id_of(goal: GoalHandle) -> bytes:
+def _id_of(goal: node_runner.GoalHandle) -> bytes:
     return bytes(goal.goal_id.uuid)
 
 
@@ -540,7 +535,7 @@ def _answering(act: Callable[[Any], SafetyDecision]) -> Callable[[Any, Any], Any
 
 def main(args: Sequence[str] | None = None) -> None:
     """Run the node."""
-    spin_node(CueDriver, 'cue_driver', args, CueDriver.leave, CueDriver.survive)
+    node_runner.spin_node(CueDriver, 'cue_driver', args, CueDriver.leave, CueDriver.survive)
 
 
 if __name__ == '__main__':

@@ -16,17 +16,7 @@ from billiard_shot.cue.joint_trajectory import JointTrajectory
 from billiard_shot.cue.mechanism import Mechanism
 from billiard_shot.cue.model import home
 from billiard_shot.cue.simulated import Faults, Imperfections, SimulatedMechanism
-from billiard_shot.ros import cue_conversions as conversions
-from billiard_shot.ros import parameters
-from billiard_shot.ros.node_runner import (
-    JOINT_STATES,
-    nanoseconds,
-    publisher_of,
-    set_niceness,
-    spin_node,
-    steady_timer,
-    written,
-)
+from billiard_shot.ros import conversions, node_runner, parameters
 from billiard_shot.ros.parameters import OfMechanism, OfUrgent
 from billiard_shot.scene.fields import number, whole_number
 
@@ -83,7 +73,7 @@ class CueSim(Node):
         super().__init__('cue_sim')
         parameters.declare(self, CueSimParameters, Imperfections, Faults)
         own = parameters.read(CueSimParameters, self)
-        set_niceness(self, own.niceness)
+        node_runner.set_niceness(self, own.niceness)
         mechanism = Mechanism.load(own.mechanism)
         self._names, self._command_timeout = own.joint_names, own.command_timeout
         self._fast, self._slow = 1.0 / own.rate, 1.0 / min(own.rate, REST_RATE)
@@ -103,9 +93,9 @@ class CueSim(Node):
         self._trajectory: JointTrajectory | None = None
         self._last_command = -math.inf  # time of the last accepted command
         self._refused: tuple[bytes, int] | None = None  # the last refused command
-        self._joints = self.create_publisher(JointState, 'joint_states', JOINT_STATES)
+        self._joints = self.create_publisher(JointState, 'joint_states', node_runner.JOINT_STATES)
         self.create_subscription(JointTrajectoryMessage, 'cue_driver/actuation', self._command, 1)
-        self._timer = steady_timer(self, self._period, self._move)
+        self._timer = node_runner.steady_timer(self, self._period, self._move)
         self.get_logger().info('ready: a simulated mechanism')
 
     def _set_faults(self) -> None:
@@ -116,10 +106,15 @@ class CueSim(Node):
         if conversions.is_stop(message):  # obeyed from every driver
             self._mechanism.stop(self._now)
             return
-        driver, stamp = publisher_of(info), nanoseconds(message.header.stamp)
+        driver, stamp = (
+            node_runner.publisher_of(info),
+            node_runner.nanoseconds(message.header.stamp),
+        )
         steady = monotonic()
         try:
-            trajectory = self._accept(message, driver, stamp, steady - written(info, steady))
+            trajectory = self._accept(
+                message, driver, stamp, steady - node_runner.written(info, steady)
+            )
         except ValueError as error:
             if (driver, stamp) != self._refused:  # log it once, not at every repetition
                 self.get_logger().error(f'ignored a command: {error}')
@@ -197,7 +192,7 @@ class CueSim(Node):
 
 def main(args: Sequence[str] | None = None) -> None:
     """Run the node."""
-    spin_node(CueSim, 'cue_sim', args)
+    node_runner.spin_node(CueSim, 'cue_sim', args)
 
 
 if __name__ == '__main__':

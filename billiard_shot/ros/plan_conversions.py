@@ -19,14 +19,7 @@ from billiard_shot.planning import targets
 from billiard_shot.planning.problem import Target as PlanTarget
 from billiard_shot.planning.result import RankedStroke
 from billiard_shot.planning.target_fields import ANY
-from billiard_shot.ros.conversions import (
-    check_frame,
-    filled,
-    requested_scene,
-    table_scene,
-    trajectory_message,
-)
-from billiard_shot.ros.cue_conversions import plan_message, plan_of
+from billiard_shot.ros import conversions
 from billiard_shot.ros.parameters import MAX_SAMPLES
 from billiard_shot.scene import Noise, Robot
 from billiard_shot.scene.fields import SECTION_KEY
@@ -72,7 +65,7 @@ def plan_request_of(
     """
     if goal.sample_count > MAX_SAMPLES:
         raise ValueError(f'sample_count must be at most {MAX_SAMPLES}, got {goal.sample_count}')
-    check_frame('header.frame_id', goal.header, frame)
+    conversions.check_frame('header.frame_id', goal.header, frame)
     of_balls = {name: list(getattr(goal, name)) for name in ('keep', 'first_contact')}
     of_target = {f'target.{name}': getattr(goal.target, name) for name in ('balls', 'pockets')}
     for name, names in (of_balls | of_target).items():
@@ -82,9 +75,9 @@ def plan_request_of(
     scene = default.scene
     balls: Balls = {}
     if goal.balls:
-        scene, balls = requested_scene(scene, goal.balls)
+        scene, balls = conversions.requested_scene(scene, goal.balls)
     elif table is not None:
-        scene, balls = table_scene(scene, table, frame)
+        scene, balls = conversions.table_scene(scene, table, frame)
     constraints = default.constraints
     if goal.limits:
         constraints = asdict(record_of(Robot, goal.limits[0], 'limits'))
@@ -206,18 +199,21 @@ def target_message(target: PlanTarget | Mapping[str, Any]) -> Target:
         case targets.Pass(passing=point):
             message.kind = Target.PASS
         case targets.Gate(gate=(point, other)):
-            message.kind, message.other_point = Target.GATE, filled(Point, other)
+            message.kind, message.other_point = Target.GATE, conversions.filled(Point, other)
         case targets.Hit(hit=ball, at=point, direction=direction):
             message.kind, message.balls, message.use_point = Target.HIT, [ball], bool(point)
             if direction:
-                message.use_direction, message.direction = True, filled(Vector3, direction)
+                message.use_direction, message.direction = (
+                    True,
+                    conversions.filled(Vector3, direction),
+                )
                 message.within = math.radians(found.direction_tolerance_deg)
         case targets.Pot(pot=balls, pocket=pockets, leave=point):
             message.kind, message.pockets, message.use_point = Target.POT, pockets, bool(point)
             message.balls = [] if ANY in balls else balls
         case _:
             raise ValueError(f'target must be rest, pass, gate, hit or pot, got {target!r}')
-    message.point = filled(Point, point or ())
+    message.point = conversions.filled(Point, point or ())
     return message
 
 
@@ -247,9 +243,9 @@ def ranked_message(
     x, y, _ = planned.scene.cue_ball
     places = {CUE_BALL: (x, y), **planned.scene.balls}
     balls = request.balls or {ball: Sighting(place) for ball, place in places.items()}
-    plan = plan_of(planned.command, balls, planned.scene, f'{planned.kind} {name}')
+    plan = conversions.plan_of(planned.command, balls, planned.scene, f'{planned.kind} {name}')
     return RankedPlan(
-        plan=plan_message(plan, header),
+        plan=conversions.plan_message(plan, header),
         kind=planned.kind,
         azimuth=azimuth,
         a=a,
@@ -259,5 +255,5 @@ def ranked_message(
         success_high=high,
         trials=planned.trials,
         warning=planned.warning,
-        trajectory=trajectory_message(planned.shot.trajectory, sample_count),
+        trajectory=conversions.trajectory_message(planned.shot.trajectory, sample_count),
     )

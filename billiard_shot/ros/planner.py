@@ -20,13 +20,6 @@ from billiard_shot import plan, PlanResult, Scene, Status
 from billiard_shot.planning.runner import Progress
 from billiard_shot.ros import parameters, plan_conversions, table_display
 from billiard_shot.ros.node_runner import BURST, GoalHandle, in_thread, LATCHED, spin_node
-from billiard_shot.ros.parameters import (
-    checked,
-    OfMechanismFile,
-    OfTable,
-    SHOWN_SAMPLES,
-    within_mechanism,
-)
 from billiard_shot.ros.plan_conversions import PlanRequest, target_in
 from billiard_shot.scene import Robot
 from billiard_shot.scene.fields import number, whole_number
@@ -35,7 +28,7 @@ FEEDBACK_PERIOD = 0.1  # s between two feedback messages, or more
 
 
 @dataclass(frozen=True)
-class PlannerParameters(OfTable, OfMechanismFile):
+class PlannerParameters(parameters.OfTable, parameters.OfMechanismFile):
     """
     Parameters of the node.
 
@@ -60,8 +53,8 @@ class PlannerParameters(OfTable, OfMechanismFile):
 
     """
 
-    scene: str = checked('paper', Scene.load)
-    target: str = checked('{rest: [0.5, -0.3], radius: 0.1}', target_in)
+    scene: str = parameters.checked('paper', Scene.load)
+    target: str = parameters.checked('{rest: [0.5, -0.3], radius: 0.1}', target_in)
     budget: int = whole_number(minimum=1, maximum=10_000_000, default=60_000)
     seconds: float = number('s', minimum=0.0, maximum=3600.0, default=1.0)
     seed: int = whole_number(minimum=0, maximum=2**31 - 1, default=1)
@@ -121,7 +114,10 @@ class Planner(Node):
     def _configure(self) -> None:
         """Apply the parameters, which have been checked."""
         own = parameters.read(PlannerParameters, self)
-        scene, usual = within_mechanism(Scene.load(own.scene), own.mechanism), asdict(Robot())
+        scene, usual = (
+            parameters.within_mechanism(Scene.load(own.scene), own.mechanism),
+            asdict(Robot()),
+        )
         limits = {name: self.get_parameter(name).value for name in usual}
         self._default = PlanRequest(
             scene,
@@ -189,7 +185,7 @@ class Planner(Node):
         if best := result.best:
             self._best.publish(
                 plan_conversions.ranked_message(
-                    best, request, f'{plan_id}-1', header, SHOWN_SAMPLES
+                    best, request, f'{plan_id}-1', header, parameters.SHOWN_SAMPLES
                 )
             )
             self._markers.publish(table_display.plan_markers(result.ranking, header))

@@ -13,7 +13,7 @@ from billiard_shot import Scene, Status, Stroke
 from billiard_shot.cli.options import add_options
 from billiard_shot.cli.shots import STROKE_OPTIONS, strokes_from_options
 from billiard_shot.perception.sightings import Sighting
-from billiard_shot.ros import cue_conversions
+from billiard_shot.ros import conversions
 from billiard_shot.ros.client import CLIENT_HELP, OfClient, RobotClient, run_client, say
 from billiard_shot.ros.node_runner import own_arguments, parser_of
 from billiard_shot.scene.placement import CUE_BALL
@@ -23,9 +23,9 @@ def request_of(
     stroke: Stroke, scene: Scene, ball: tuple[float, float] = (0.0, 0.0)
 ) -> PredictShot.Request:
     """Make the request for a stroke at the cue ball, which lies at (x, y) [m]."""
-    plan = cue_conversions.plan_of(stroke, {CUE_BALL: Sighting(ball)}, scene, 'request')
+    plan = conversions.plan_of(stroke, {CUE_BALL: Sighting(ball)}, scene, 'request')
     request = PredictShot.Request(
-        cue_pose=cue_conversions.pose_of(plan.position, plan.quaternion), speed=plan.speed
+        cue_pose=conversions.pose_of(plan.position, plan.quaternion), speed=plan.speed
     )
     request.ball_position.x, request.ball_position.y = ball
     return request

@@ -12,9 +12,7 @@ from billiard_shot_msgs.msg import Strike, TableState
 from rclpy.node import Node
 
 from billiard_shot.calibration.shot_log import ShotLog, ShotLostError, Written
-from billiard_shot.ros import parameters
-from billiard_shot.ros.conversions import check_frame, picture_time, seconds, sightings_of, xyz
-from billiard_shot.ros.cue_conversions import measured_stroke
+from billiard_shot.ros import conversions, parameters
 from billiard_shot.ros.node_runner import LATCHED, spin_node, steady_timer
 from billiard_shot.ros.parameters import checked, OfTable
 from billiard_shot.scene import Scene
@@ -85,10 +83,10 @@ class ShotRecorder(Node):
 
     def _see(self, message: TableState) -> None:
         try:
-            check_frame('header.frame_id', message.header, self._frame)
-            balls = sightings_of(message.balls, message.header.stamp)
+            conversions.check_frame('header.frame_id', message.header, self._frame)
+            balls = conversions.sightings_of(message.balls, message.header.stamp)
             now = 1e-9 * self.get_clock().now().nanoseconds
-            time = picture_time(message.header.stamp, now)
+            time = conversions.picture_time(message.header.stamp, now)
         except ValueError as error:
             self.get_logger().warning(f'ignored a table state: {error}')
             return
@@ -119,20 +117,20 @@ class ShotRecorder(Node):
             self.get_logger().info(f'shot {written.shot!r} is recorded')
 
     def _strike(self, message: Strike) -> None:
-        stamp = seconds(message.header.stamp)
+        stamp = conversions.seconds(message.header.stamp)
         if (strike := f'{stamp} {message.shot_id}') == self._last:
             return
         self._last = strike
         balls = self._log.seen_before(stamp)
         try:
-            check_frame('header.frame_id', message.header, self._frame)
+            conversions.check_frame('header.frame_id', message.header, self._frame)
             if CUE_BALL not in balls:
                 raise ValueError(f'ball {CUE_BALL!r} is not on the table')
             centre = (*balls[CUE_BALL].position, self._radius)
-            stroke = measured_stroke(message, centre)
+            stroke = conversions.measured_stroke(message, centre)
             if stroke.miss:
                 raise ValueError(f'cue_pose: {stroke.miss}')
-            gap = math.dist(xyz(message.cue_pose.position), centre) - self._radius
+            gap = math.dist(conversions.xyz(message.cue_pose.position), centre) - self._radius
             if not gap <= MAX_GAP:
                 raise ValueError(
                     f'cue_pose.position must be within {MAX_GAP:g} m of the ball, got {gap:.3g} m'

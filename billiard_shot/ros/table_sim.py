@@ -18,8 +18,7 @@ from billiard_shot import predict, Stroke
 from billiard_shot.cue.mechanism import Alignment, Mechanism
 from billiard_shot.cue.plan import stroke_on_table
 from billiard_shot.ros import parameters
-from billiard_shot.ros.conversions import check_frame, filled, requested_scene
-from billiard_shot.ros.cue_conversions import measured_stroke
+from billiard_shot.ros.conversions import check_frame, filled, measured_stroke, requested_scene
 from billiard_shot.ros.node_runner import LATCHED, spin_node, steady_timer
 from billiard_shot.ros.parameters import guided_scene, OfGuidedScene, OfMechanismFile, OfTable
 from billiard_shot.scene import Scene

@@ -28,7 +28,7 @@ from billiard_shot.perception.sightings import largest_deviation, moved, Sightin
 from billiard_shot.planning.problem import limits_of
 from billiard_shot.planning.targets import target_of
 from billiard_shot.planning.within_noise import noise_of
-from billiard_shot.ros import conversions, cue_conversions, plan_conversions, table_display
+from billiard_shot.ros import conversions, plan_conversions, table_display
 from billiard_shot.ros.plan_conversions import PlanRequest
 
 SCENE = Scene.load('robot_table')
@@ -102,9 +102,9 @@ def test_a_request_for_a_prediction(numbers, use_table_state):
 @example([1e308])
 def test_a_plan_and_a_strike(numbers):
     with suppress(RefusedError):
-        cue_conversions.shot_plan_of(fill(Plan(shot_id='a', balls=balls()), numbers), 'table')
+        conversions.shot_plan_of(fill(Plan(shot_id='a', balls=balls()), numbers), 'table')
     with suppress(ValueError):
-        cue_conversions.measured_stroke(fill(Strike(shot_id='a'), numbers), SCENE.cue_ball)
+        conversions.measured_stroke(fill(Strike(shot_id='a'), numbers), SCENE.cue_ball)
 
 
 @given(NUMBERS, st.integers(0, 6), st.booleans())
@@ -144,6 +144,6 @@ def test_names_that_cannot_be_printed(name):
     with pytest.raises(ValueError, match=r'^balls: id must be 1 to 64 printable characters, got'):
         conversions.sightings_of([BallState(id=name)])
     with pytest.raises(RefusedError, match=r'^plan\.shot_id must be 1 to 64 printable characters'):
-        cue_conversions.shot_plan_of(Plan(shot_id=name, balls=balls()), 'table')
+        conversions.shot_plan_of(Plan(shot_id=name, balls=balls()), 'table')
     with pytest.raises(ValueError, match=r'^shot_id must be 1 to 64 printable characters, got'):
-        cue_conversions.measured_stroke(Strike(shot_id=name), SCENE.cue_ball)
+        conversions.measured_stroke(Strike(shot_id=name), SCENE.cue_ball)

@@ -27,7 +27,7 @@ from billiard_shot.cue.plan import GoalOutcome
 from billiard_shot.cue.safety import MOVING, SafetyState
 from billiard_shot.ros import conversions
 from billiard_shot.ros.client import NotReadyError, RobotClient, TableUnknownError
-from billiard_shot.ros.cue_conversions import is_stop
+from billiard_shot.ros.conversions import is_stop
 from billiard_shot.ros.node_runner import LATCHED
 from billiard_shot.ros.robot import SIMULATION
 from billiard_shot.shot.replay import from_json

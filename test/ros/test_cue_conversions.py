@@ -25,7 +25,7 @@ from billiard_shot.cue.model import TipPose
 from billiard_shot.cue.plan import GoalOutcome, prepare_shot, RefusedError
 from billiard_shot.cue.safety import SafetyState
 from billiard_shot.perception.sightings import Sighting
-from billiard_shot.ros import cue_conversions as conversions
+from billiard_shot.ros import conversions
 from billiard_shot.ros.cue_driver import CueDriver
 
 SCENE = Scene.load('paper')

@@ -23,7 +23,7 @@ from billiard_shot import Status
 from billiard_shot.cue.mechanism import JOINTS, Mechanism
 from billiard_shot.cue.model import forward_kinematics, joints_of, urdf_of
 from billiard_shot.cue.model import transforms as model_transforms
-from billiard_shot.ros import conversions, cue_conversions, parameters, plan_conversions
+from billiard_shot.ros import conversions, parameters, plan_conversions
 from billiard_shot.ros.node_runner import LATCHED
 from billiard_shot.scene import Scene
 
@@ -112,7 +112,7 @@ def place_in(message, frame, root):
 
 
 def joints_at(position, stamp):
-    return cue_conversions.joints_message(JOINTS, np.array(position), np.zeros(6), stamp)
+    return conversions.joints_message(JOINTS, np.array(position), np.zeros(6), stamp)
 
 
 def test_the_cue_is_published_as_model_and_transforms(node, launch):

@@ -29,8 +29,13 @@ from billiard_shot.game.rack import find_agent
 from billiard_shot.game.referee import start
 from billiard_shot.perception.tracker import BallTracker, TrackerSettings
 from billiard_shot.ros import turn
-from billiard_shot.ros.conversions import ball_message, seconds, sightings_of
-from billiard_shot.ros.cue_conversions import plan_message, plan_of
+from billiard_shot.ros.conversions import (
+    ball_message,
+    plan_message,
+    plan_of,
+    seconds,
+    sightings_of,
+)
 from billiard_shot.ros.table_tracker import class_names_of, detected_balls, TableTrackerParameters
 from billiard_shot.ros.turn import balls_message, game_state_message, GameTable, places_of
 from billiard_shot.table.run.outline import outline_of
