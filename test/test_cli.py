@@ -492,7 +492,7 @@ def test_ctrl_c_ends_a_search_with_its_best_stroke(tmp_path, capsys, monkeypatch
 
         yield report
 
-    monkeypatch.setattr('billiard_shot.cli.plan.reporting', press_ctrl_c_after_a_while)
+    monkeypatch.setattr('billiard_shot.cli.output.reporting', press_ctrl_c_after_a_while)
     page = tmp_path / 'plan.html'
     words = ['plan', 'wall', '--pot', '9', '--budget', '100000000', '--view', str(page)]
     assert main(words) == INTERRUPTED

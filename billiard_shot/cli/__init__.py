@@ -1,9 +1,9 @@
 """
 `billiard-shot COMMAND ...`: the library for people without ROS.
 
-Each command is a module of this package or of `cli.calibrate`, or a `Command` of `cli.study` or
-`cli.scene`, with two members: `OPTIONS`, see `cli.options`; and `run`, which executes it and
-returns the exit code.
+Each command is a module of this package or of `cli.calibrate`, or a `Command` of a module with
+several, with two members: `OPTIONS`, see `cli.options`; and `run`, which executes it and returns
+the exit code.
 A module is imported only if its command is requested, so that it does not slow down the others.
 In all commands the scene comes first, `--output` names the file, and numbers are also printed as
 JSON or CSV.
@@ -18,15 +18,8 @@ import sys
 from typing import Any, NoReturn
 
 import billiard_shot
+from billiard_shot.cli import output
 from billiard_shot.cli.options import add_options, check_files, check_options, PICTURES
-from billiard_shot.cli.output import (
-    discard_output,
-    EXIT_CODES,
-    FAILED,
-    INTERRUPTED,
-    tolerant_output,
-    WRONG_INPUT,
-)
 from billiard_shot.scene.errors import must_be, must_be_one_of
 
 COMMANDS = {  # and what each does
@@ -62,6 +55,7 @@ SCENES = {
     'show': 'print a scene with all its default values',
     'list': 'list the bundled scenes',
 }
+HOMES = {'view': 'pages', 'explore': 'pages'}
 GROUPS = {
     'study': ('STUDY', STUDIES),
     'calibrate': ('WHAT', CALIBRATIONS),
@@ -85,21 +79,21 @@ def run_command(parse: Callable[[], argparse.Namespace]) -> int:
             from billiard_shot.pictures.canvas import require_matplotlib
 
             require_matplotlib()
-        with tolerant_output():
+        with output.tolerant_output():
             code = int(options.run(options))
     except KeyboardInterrupt:
         print('billiard-shot: interrupted', file=sys.stderr)
-        return INTERRUPTED
+        return output.INTERRUPTED
     except BrokenExecutor as error:  # a process of --workers was killed
         print(f'billiard-shot: {error}', file=sys.stderr)
-        return FAILED
+        return output.FAILED
     except OSError as error:  # such as a full disk
-        discard_output()
+        output.discard_output()
         print(f'billiard-shot: {error}', file=sys.stderr)
-        return FAILED
+        return output.FAILED
     except ValueError as error:
         print(f'billiard-shot: {error}', file=sys.stderr)
-        return WRONG_INPUT
+        return output.WRONG_INPUT
     return code
 
 
@@ -133,7 +127,7 @@ class Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """Print what is wrong and where the help is, and exit."""
-        self.exit(WRONG_INPUT, f'{self.prog}: {message}\nsee {self.prog} --help\n')
+        self.exit(output.WRONG_INPUT, f'{self.prog}: {message}\nsee {self.prog} --help\n')
 
 
 def make_parser(complete: Container[list[str]] | None = None) -> argparse.ArgumentParser:
@@ -146,7 +140,8 @@ def make_parser(complete: Container[list[str]] | None = None) -> argparse.Argume
     parser = Parser(
         prog='billiard-shot',
         description=billiard_shot.__doc__,
-        epilog='exit codes: ' + '; '.join(f'{code}: {text}' for code, text in EXIT_CODES.items()),
+        epilog='exit codes: '
+        + '; '.join(f'{code}: {text}' for code, text in output.EXIT_CODES.items()),
     )
     parser.add_argument(
         '--version', action='version', version=f'billiard_shot {billiard_shot.__version__}'
@@ -182,7 +177,8 @@ def _complete(
 ) -> None:
     """Add the options of a command, and what runs it, if it is wanted."""
     if wanted is None or words in wanted:
-        command = resolve_name('.'.join(['billiard_shot.cli', *words]).replace('-', '_'))
+        home = [HOMES[words[0]]] if words[0] in HOMES else []
+        command = resolve_name('.'.join(['billiard_shot.cli', *home, *words]))
         add_options(parser, *command.OPTIONS)
         parser.set_defaults(run=command.run, parser=parser)
         words = [_word(each) for each in parser._get_positional_actions()]

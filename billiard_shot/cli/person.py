@@ -5,18 +5,10 @@ import math
 from typing import TypeVar
 
 from billiard_shot import Scene
+from billiard_shot.game import typed
 from billiard_shot.game.rack import scene_of
 from billiard_shot.game.state import CHOICES, Decision, Ruling, State
 from billiard_shot.game.strokes import listed_shots
-from billiard_shot.game.typed import (
-    PLACE_HELP,
-    QUIT_WORDS,
-    read_choice,
-    read_confirmation,
-    read_place,
-    read_shot,
-    SHOT_HELP,
-)
 from billiard_shot.pictures.rack import table_text
 from billiard_shot.shot.stroke import Stroke
 
@@ -48,7 +40,7 @@ class Person:
         where = 'behind the head string' if state.in_hand == 'kitchen' else 'anywhere'
         prompt = f'cue ball in hand, {where}: x y (m), or ? for help: '
         while True:
-            x, y = _ask(prompt, PLACE_HELP, lambda line: read_place(line, state))
+            x, y = _ask(prompt, typed.PLACE_HELP, lambda line: typed.read_place(line, state))
             if _holds(f'cue ball at ({x:g}, {y:g})', 'keeps it there'):
                 return x, y
 
@@ -59,7 +51,7 @@ class Person:
             choices = '\n'.join(f'{each:10} {CHOICES[each]}' for each in state.choices)
             print(choices)
             prompt = f'{" or ".join(state.choices)}: '
-            return _ask(prompt, choices, lambda line: read_choice(line, state))
+            return _ask(prompt, choices, lambda line: typed.read_choice(line, state))
         scene = scene_of(self._scene, state)
         listed = listed_shots(scene, state)
         for number, shot in enumerate(listed):
@@ -69,7 +61,9 @@ class Person:
             print('no ball goes straight into a pocket')
         prompt = 'your shot, or ? for help: '
         while True:
-            decision = _ask(prompt, SHOT_HELP, lambda line: read_shot(line, scene, state, listed))
+            decision = _ask(
+                prompt, typed.SHOT_HELP, lambda line: typed.read_shot(line, scene, state, listed)
+            )
             if decision.stroke and _holds(_in_words(decision, decision.stroke), 'plays it'):
                 return decision
 
@@ -84,7 +78,7 @@ def _ask(prompt: str, help_text: str, read: Callable[[str], T]) -> T:
             line = input(prompt)
         except EOFError:
             raise KeyboardInterrupt from None
-        if line.strip().lower() in QUIT_WORDS:
+        if line.strip().lower() in typed.QUIT_WORDS:
             raise Quit
         try:
             return read(line)
@@ -95,7 +89,7 @@ def _ask(prompt: str, help_text: str, read: Callable[[str], T]) -> T:
 def _holds(what: str, does: str) -> bool:
     """Ask for the confirmation of a shot or a place that was typed."""
     choice = f'Enter {does}, u takes it back'
-    return _ask(f'{what}; {choice}: ', choice, read_confirmation)
+    return _ask(f'{what}; {choice}: ', choice, typed.read_confirmation)
 
 
 def _show(state: State) -> None:

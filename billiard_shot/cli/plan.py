@@ -10,20 +10,9 @@ import textwrap
 from typing import Any, ClassVar
 
 import billiard_shot
-from billiard_shot import PlanResult, RankedStroke, save_shot, Scene
+from billiard_shot import PlanResult, RankedStroke, save_shot
+from billiard_shot.cli import output
 from billiard_shot.cli.options import option
-from billiard_shot.cli.output import (
-    Column,
-    DONE,
-    FAILED,
-    INTERRUPTED,
-    interruptible,
-    OfFormat,
-    print_rows,
-    reporting,
-    wants_text,
-    WIDTH,
-)
 from billiard_shot.cli.shots import OfNoise, OfScene, scene_name, selected_noise
 from billiard_shot.cli.workers import OfWork, working
 from billiard_shot.pictures.plan import draw_plan
@@ -34,7 +23,7 @@ from billiard_shot.planning.result import sample_outcomes
 from billiard_shot.planning.search import NORMAL_BUDGET
 from billiard_shot.planning.statistics import percent
 from billiard_shot.planning.targets import KINDS, target_of
-from billiard_shot.scene import Noise
+from billiard_shot.scene import Noise, Scene
 from billiard_shot.scene.fields import whole_number
 from billiard_shot.scene.player import OFFSETS
 from billiard_shot.status import Status
@@ -42,18 +31,20 @@ from billiard_shot.table.run.results import POCKET_NAMES
 
 PICTURE_TRIALS = 400  # noisy executions in a picture
 PLAN_COLUMNS = (
-    Column('rank', ' '),
-    Column('success', 'success', '(%)', lambda chance: f'{percent(chance):>5}'),
-    Column('interval', '95 % CI', '(%)', lambda ends: ' to '.join(map(percent, ends))),
-    Column('trials'),
-    Column('a', 'a', '(radii)', '{:+.3f}'.format),
-    Column('b', 'b', '(radii)', '{:+.3f}'.format),
-    Column('elevation', 'elevation', '(°)', lambda angle: f'{math.degrees(angle) + 0.0:9.2f}'),
-    Column('azimuth', 'azimuth', '(°)', lambda angle: f'{math.degrees(angle):8.3f}'),
-    Column('speed', 'speed', '(m/s)', '{:.3f}'.format),
-    Column('rest'),
-    Column('kind', 'kind'),
-    Column('warning'),
+    output.Column('rank', ' '),
+    output.Column('success', 'success', '(%)', lambda chance: f'{percent(chance):>5}'),
+    output.Column('interval', '95 % CI', '(%)', lambda ends: ' to '.join(map(percent, ends))),
+    output.Column('trials'),
+    output.Column('a', 'a', '(radii)', '{:+.3f}'.format),
+    output.Column('b', 'b', '(radii)', '{:+.3f}'.format),
+    output.Column(
+        'elevation', 'elevation', '(°)', lambda angle: f'{math.degrees(angle) + 0.0:9.2f}'
+    ),
+    output.Column('azimuth', 'azimuth', '(°)', lambda angle: f'{math.degrees(angle):8.3f}'),
+    output.Column('speed', 'speed', '(m/s)', '{:.3f}'.format),
+    output.Column('rest'),
+    output.Column('kind', 'kind'),
+    output.Column('warning'),
 )
 
 
@@ -220,7 +211,7 @@ class OfFiles:
     picture: Path | None = None
 
 
-SEARCH_OPTIONS = OfLimitedSearch(), OfFormat(), OfWork()
+SEARCH_OPTIONS = OfLimitedSearch(), output.OfFormat(), OfWork()
 OPTIONS = OfScene(), OfTarget(), OfDetails(), OfConstraints(), *SEARCH_OPTIONS, OfFiles()
 
 
@@ -236,8 +227,8 @@ def run(options: argparse.Namespace) -> int:
         seconds, budget = seconds or USUAL_SECONDS, NORMAL_BUDGET
     with (
         working(options.workers, options.dask) as executor,
-        reporting('strokes', budget) as report,
-        interruptible() as pressed,
+        output.reporting('strokes', budget) as report,
+        output.interruptible() as pressed,
     ):
         result = billiard_shot.plan(
             scene,
@@ -263,12 +254,12 @@ def run(options: argparse.Namespace) -> int:
         print(_work(result))
     if result.best is None:
         print(f'{result.status.name}: {result.message}', file=sys.stderr)
-        return FAILED
+        return output.FAILED
     if not chosen and any((options.output, options.view, options.picture)):
         raise ValueError(
             f'--rank must be at most {len(result.ranking)}, the strokes found, got {options.rank}'
         )
-    return INTERRUPTED if result.status is Status.CANCELLED else DONE
+    return output.INTERRUPTED if result.status is Status.CANCELLED else output.DONE
 
 
 def _write(chosen: RankedStroke, noise: Noise, options: argparse.Namespace) -> None:
@@ -301,20 +292,20 @@ def _constraints(options: argparse.Namespace) -> dict[str, Any]:
 
 def _print_ranking(result: PlanResult, options: argparse.Namespace) -> None:
     """Print the strokes, the best first, and what the best one does if it is played exactly."""
-    if wants_text(options):
-        print(textwrap.fill(f'{result.status.name}: {result.message}', WIDTH))
+    if output.wants_text(options):
+        print(textwrap.fill(f'{result.status.name}: {result.message}', output.WIDTH))
         if result.place:
             x, y = result.place
             print(f'cue ball at ({x:.3f}, {y:.3f}) m')
     rows = [{'rank': rank} | _stroke(each) for rank, each in enumerate(result.ranking, 1)]
-    print_rows(PLAN_COLUMNS, rows, options)
-    if wants_text(options) and result.best:
-        print(textwrap.fill(f'1, played exactly: {result.best.shot.message}', WIDTH))
+    output.print_rows(PLAN_COLUMNS, rows, options)
+    if output.wants_text(options) and result.best:
+        print(textwrap.fill(f'1, played exactly: {result.best.shot.message}', output.WIDTH))
         if result.best.command != result.best.stroke:
             print(f'1, with the bias corrected: {result.best.command!r}')
         for rank, each in enumerate(result.ranking[1:], 2):
             if each.warning:
-                print(textwrap.fill(f'{rank}, warning: {each.warning}', WIDTH))
+                print(textwrap.fill(f'{rank}, warning: {each.warning}', output.WIDTH))
         if len(result.ranking) > 1:
             print('order: strokes that may be as good as the best one by speed, then the others')
         print(_work(result))

@@ -7,16 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from billiard_shot import Scene
+from billiard_shot.cli import output
 from billiard_shot.cli.options import Command, option
-from billiard_shot.cli.output import (
-    Column,
-    OfFormat,
-    print_footer,
-    print_rows,
-    progress,
-    reporting,
-    wants_text,
-)
 from billiard_shot.cli.shots import (
     OfUsualScene,
     scene_name,
@@ -52,12 +44,12 @@ def duration(seconds: float) -> str:
 
 
 TOLERANCE_COLUMNS = (
-    Column('tolerance', 'tolerance', '', length),
-    Column('typical_error', 'typical', 'error', length),
-    Column('largest_error', 'largest', 'error', length),
-    Column('strike', 'strike', '', duration),
-    Column('alone', 'shot', 'alone', duration),
-    Column('shot', 'shot', 'all balls', duration),
+    output.Column('tolerance', 'tolerance', '', length),
+    output.Column('typical_error', 'typical', 'error', length),
+    output.Column('largest_error', 'largest', 'error', length),
+    output.Column('strike', 'strike', '', duration),
+    output.Column('alone', 'shot', 'alone', duration),
+    output.Column('shot', 'shot', 'all balls', duration),
 )
 
 
@@ -84,12 +76,14 @@ def run_accuracy(options: argparse.Namespace) -> int:
     name = scene_name(options)
     scene = Scene.load(name)
     studied = list(
-        progress(study_accuracy(scene, count=options.count), 'accuracy', len(SHOT_TOLERANCES))
+        output.progress(
+            study_accuracy(scene, count=options.count), 'accuracy', len(SHOT_TOLERANCES)
+        )
     )
-    if wants_text(options):
+    if output.wants_text(options):
         print(f'scene {name}, {options.count} random strokes')
-    print_rows(TOLERANCE_COLUMNS, [asdict(each) for each in studied], options)
-    print_footer(
+    output.print_rows(TOLERANCE_COLUMNS, [asdict(each) for each in studied], options)
+    output.print_footer(
         f'Result: {cost_of_accuracy(studied)}. Errors are those of the place of rest of the cue '
         'ball without the other balls. Processor times are those of a strike on endless cloth, of '
         'a shot without the other balls, and of a shot with all balls.',
@@ -100,7 +94,9 @@ def run_accuracy(options: argparse.Namespace) -> int:
     return 0
 
 
-accuracy = Command((OfUsualScene('eight_ball'), OfAccuracyStudy(), OfFormat()), run_accuracy)
+accuracy = Command(
+    (OfUsualScene('eight_ball'), OfAccuracyStudy(), output.OfFormat()), run_accuracy
+)
 
 
 @dataclass(frozen=True)
@@ -134,18 +130,18 @@ def run_effects(options: argparse.Namespace) -> int:
     else:
         played = sample_strokes(scene, options.count)
         about = f'scene {name}, {plural(len(played), "sample stroke")}'
-    with reporting('effects', comparison_count(played)) as report:
+    with output.reporting('effects', comparison_count(played)) as report:
         studies = study_effects(scene, played, options.tolerance, report=report)
     if not studies[0].changes:
         raise ValueError('strokes: none of them can be played; see billiard-shot predict')
-    if wants_text(options):
+    if output.wants_text(options):
         print(about)
     single = len(studies[0].changes) == 1
     if single:
-        print_rows(ONE, [_of_one(study) for study in studies], options)
+        output.print_rows(ONE, [_of_one(study) for study in studies], options)
     else:
-        print_rows(MANY, [_of_many(study) for study in studies], options)
-    print_footer(COLUMNS_MEAN if single else f'{COLUMNS_MEAN} {OF_MANY}', options)
+        output.print_rows(MANY, [_of_many(study) for study in studies], options)
+    output.print_footer(COLUMNS_MEAN if single else f'{COLUMNS_MEAN} {OF_MANY}', options)
     if options.picture:
         draw_effects(studies, options.picture, about)
     return 0
@@ -205,27 +201,27 @@ def _microseconds(seconds: float) -> str:
 
 
 ONE = (
-    Column('effect', 'effect'),
-    Column('simulated', 'on', '', lambda on: 'yes' if on else 'no'),
-    Column('cost', 'cost', '(us)', _microseconds),
-    Column('steps', 'steps', '', '{:4d}'.format),
-    Column('position_change', 'shift', '(mm)', _millimetres),
-    Column('direction_change', 'turn', '(°)', _degrees),
-    Column('why', 'why'),
+    output.Column('effect', 'effect'),
+    output.Column('simulated', 'on', '', lambda on: 'yes' if on else 'no'),
+    output.Column('cost', 'cost', '(us)', _microseconds),
+    output.Column('steps', 'steps', '', '{:4d}'.format),
+    output.Column('position_change', 'shift', '(mm)', _millimetres),
+    output.Column('direction_change', 'turn', '(°)', _degrees),
+    output.Column('why', 'why'),
 )
 MANY = (
-    Column('effect', 'effect'),
-    Column('simulated', 'on in', '(strokes)'),
-    Column('strokes'),
-    Column('cost', 'cost', '(us)', _microseconds),
-    Column('steps', 'steps', '', '{:6.1f}'.format),
-    Column('position_change', 'shift', '(mm)', _millimetres),
-    Column('position_change_largest', 'largest', '(mm)', _millimetres),
-    Column('direction_change', 'turn', '(°)', _degrees),
-    Column('direction_change_largest', 'largest', '(°)', _degrees),
-    Column('simulated_if'),
+    output.Column('effect', 'effect'),
+    output.Column('simulated', 'on in', '(strokes)'),
+    output.Column('strokes'),
+    output.Column('cost', 'cost', '(us)', _microseconds),
+    output.Column('steps', 'steps', '', '{:6.1f}'.format),
+    output.Column('position_change', 'shift', '(mm)', _millimetres),
+    output.Column('position_change_largest', 'largest', '(mm)', _millimetres),
+    output.Column('direction_change', 'turn', '(°)', _degrees),
+    output.Column('direction_change_largest', 'largest', '(°)', _degrees),
+    output.Column('simulated_if'),
 )
 
 effects = Command(
-    (OfUsualScene('pool'), OfEffectsStudy(), *STROKE_OPTIONS, OfFormat()), run_effects
+    (OfUsualScene('pool'), OfEffectsStudy(), *STROKE_OPTIONS, output.OfFormat()), run_effects
 )

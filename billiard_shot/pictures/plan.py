@@ -7,15 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from billiard_shot.pictures import table
 from billiard_shot.pictures.canvas import add_legend, GREEN, new_figure, save, VERMILION
-from billiard_shot.pictures.table import (
-    draw_balls,
-    draw_cue,
-    draw_start_and_rest,
-    draw_table,
-    draw_trails,
-    table_axes,
-)
 from billiard_shot.pictures.trails import trails_of
 from billiard_shot.planning.problem import Target
 from billiard_shot.planning.result import Dispersion, RankedStroke
@@ -45,7 +38,7 @@ def plan_figure(planned: RankedStroke, outcomes: Dispersion) -> Any:
     """Draw a plan from above, with its outcomes under execution noise."""
     scene, trails = planned.scene, trails_of(planned.shot)
     a, b, elevation, _, speed = planned.stroke.offsets
-    figure, axes = table_axes(
+    figure, axes = table.table_axes(
         scene,
         outcomes.final_positions[:, 0],
         f'{planned.kind}: success {planned.estimate}; '
@@ -55,7 +48,7 @@ def plan_figure(planned: RankedStroke, outcomes: Dispersion) -> Any:
     _draw_target(axes, planned.target)
     for line in outcomes.paths[:DRAWN_PATHS]:
         axes.plot(*line.T, color='#555555', linewidth=0.4, alpha=0.25, zorder=1.5)
-    draw_trails(axes, trails)
+    table.draw_trails(axes, trails)
     for reached, colour, label in (
         (True, GREEN, 'ends, target reached'),
         (False, VERMILION, 'ends, target missed'),
@@ -71,8 +64,8 @@ def plan_figure(planned: RankedStroke, outcomes: Dispersion) -> Any:
             zorder=4.3,  # above the ball that rests without errors
             label=label,
         )
-    draw_start_and_rest(axes, trails)
-    draw_cue(axes, scene, planned.stroke, trails.start(CUE_BALL))
+    table.draw_start_and_rest(axes, trails)
+    table.draw_cue(axes, scene, planned.stroke, trails.start(CUE_BALL))
     add_legend(figure, axes)
     return figure
 
@@ -132,7 +125,7 @@ def draw_success_map(made: SuccessMap, path: Path) -> None:
     axes = figure.subplots()
     axes.set(xlim=(-half[0], half[0]), ylim=(-half[1], half[1]), aspect='equal')
     axes.set(xlabel='x (m)', ylabel='y (m)')
-    draw_table(axes, made.scene)
+    table.draw_table(axes, made.scene)
     image = axes.pcolormesh(
         made.x, made.y, made.success, cmap=COLOUR_MAP, vmin=0.0, vmax=1.0, zorder=0.25
     )
@@ -142,7 +135,7 @@ def draw_success_map(made: SuccessMap, path: Path) -> None:
         lines = axes.contour(made.x, made.y, made.success, **style)
         lines.set(paths=[_long_lines(line) for line in lines.get_paths()])
         axes.clabel(lines, fmt=lambda level: f'{100 * level:.0f}', fontsize='x-small')
-    draw_balls(axes, made.scene, made.scene.object_balls)
+    table.draw_balls(axes, made.scene, made.scene.object_balls)
     place, radius = made.scene.balls[made.ball], RING * made.scene.ball.radius
     axes.add_patch(Circle(place, radius, fill=False, edgecolor=VERMILION, linewidth=1.5, zorder=5))
     axes.set_title(map_in_words(made), fontsize='small', loc='left')
