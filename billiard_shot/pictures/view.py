@@ -13,6 +13,7 @@ from html import escape
 from importlib.resources import files
 import json
 from pathlib import Path
+import re
 import tempfile
 from typing import Any
 import webbrowser
@@ -28,36 +29,6 @@ from billiard_shot.shot.shot import Shot
 from billiard_shot.table.run.outline import outline_of
 from billiard_shot.table.run.results import HAPPENS
 
-SCRIPTS = (
-    'vectors.js',
-    'elements.js',
-    'units.js',
-    'state.js',
-    'core.js',
-    'words.js',
-    'paths.js',
-    'turning.js',
-    'motion.js',
-    'story.js',
-    'meshes.js',
-    'shaders.js',
-    'renderer.js',
-    'camera.js',
-    'labels.js',
-    'stroke.js',
-    'balls.js',
-    'chance.js',
-    'direct_shots.js',
-    'equipment.js',
-    'compare.js',
-    'drill.js',
-    'events.js',
-    'plan.js',
-    'share.js',
-    'frame.js',
-    'pointer.js',
-    'player.js',
-)
 NO_LINKS: Mapping[str, str] = {}
 DRAWN_CUE_LENGTH = 1.47  # m, if the scene does not give it
 
@@ -133,7 +104,9 @@ def _page(data: dict[str, Any], links: Mapping[str, str], core: str) -> str:
     # A link says what differs from the page that made it: another page asks before it follows it.
     begin = json.dumps([data['source'], data.get('start')], sort_keys=True)
     data = {**data, 'id': sha256(begin.encode()).hexdigest()[:12]}
-    script = '\n'.join(_part(name) for name in SCRIPTS)
+    page = _part('page.html')
+    listed = re.findall('<!-- (SCRIPTS .*?) -->', page, re.DOTALL)[0]  # in their order
+    script = '\n'.join(_part(name) for name in listed.split()[1:])
     inline = '' if core else core_script()
     hashes = (b64encode(sha256(text.encode()).digest()).decode() for text in (script, inline))
     parts = {
@@ -147,9 +120,8 @@ def _page(data: dict[str, Any], links: Mapping[str, str], core: str) -> str:
         # no text in it can end the script
         'DATA': json.dumps(data, ensure_ascii=False, allow_nan=False).replace('<', '\\u003c'),
         'CORE': f'<script src="{escape(core)}"></script>' if core else _script(inline),
-        'SCRIPT': script,
+        listed: script,
     }
-    page = _part('page.html')
     for name, text in parts.items():
         page = page.replace(f'<!-- {name} -->', text, 1)
     return page
