@@ -9,8 +9,6 @@ import numpy as np
 
 from billiard_shot.cue.mechanism import (
     AZIMUTH_JOINT,
-    BASE_X,
-    BASE_Y,
     BASE_Z,
     check_range,
     INCLINE,
@@ -83,7 +81,7 @@ def forward_kinematics(mechanism: Mechanism, joints: Sequence[float] | Array) ->
     elevation = mechanism.incline_geometry.elevation(float(joints[INCLINE]))
     azimuth = float(joints[AZIMUTH_JOINT])
     _, up, along = np.array(axes(elevation, azimuth))
-    pivot = np.array([joints[BASE_X], joints[BASE_Y], joints[BASE_Z]])
+    pivot = np.array(joints[:AZIMUTH_JOINT])
     position = pivot - mechanism.axis_drop * up + (mechanism.reach + joints[STROKE]) * along
     return TipPose(*mechanism.alignment.on_table(position, azimuth, elevation))
 

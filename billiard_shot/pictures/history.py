@@ -474,10 +474,7 @@ def collision_figure(
         losses = f'lost {lost[0]:.3g} J' + (f', {lost[1]:.3g} J by friction' if lost[1] else '')
         impulses.plot(time, trace.impulses[:, 3 * j], color=colour, label=name)
         energies.plot(time, trace.energies[:, j] * touching, color=colour, label=losses)
-    for number, part in enumerate(trace.phases()):
-        if number % 2:
-            for axes in (impulses, energies):
-                axes.axvspan(*time[part][[0, -1]], color=GREEN, alpha=0.08, linewidth=0)
+    _shade((impulses, energies), trace, time)
     impulses.set(ylabel='normal impulse (N s)', xlim=(0.0, 1.0))
     energies.set(
         ylabel='elastic energy (J)', xlabel='time / length of the collision', ylim=(0.0, None)
@@ -558,13 +555,18 @@ def grip_of(trace: CollisionTrace, contact: int, friction: float) -> NDArray[np.
     return np.where(enough, trace.friction(contact) / np.where(enough, limit, 1.0), np.nan)
 
 
-def _states(panels: list[Any], trace: CollisionTrace, time: NDArray[np.float64]) -> None:
+def _shade(panels: Sequence[Any], trace: CollisionTrace, time: Array) -> None:
+    """Shade every other state."""
+    for part in trace.phases()[1::2]:
+        for axes in panels:
+            axes.axvspan(*time[part][[0, -1]], color=GREEN, alpha=0.08, linewidth=0)
+
+
+def _states(panels: Sequence[Any], trace: CollisionTrace, time: Array) -> None:
     """Shade every other state, and name those that are long enough."""
-    for number, part in enumerate(trace.phases()):
+    _shade(panels, trace, time)
+    for part in trace.phases():
         begin, end = time[part][0], time[part][-1]
-        if number % 2:
-            for axes in panels:
-                axes.axvspan(begin, end, color=GREEN, alpha=0.08, linewidth=0)
         if end - begin > MIN_LABEL_SHARE:
             name = STATE_NAMES[tuple(trace.active[part][0].tolist())]
             panels[0].annotate(
