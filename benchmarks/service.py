@@ -90,7 +90,7 @@ def main():
     with domain_id() as domain:
         os.environ.update(quiet_environment(domain))
         processes = [
-            subprocess.Popen([sys.executable, '-m', 'billiard_shot.ros.predictor']),
+            subprocess.Popen([sys.executable, '-m', 'billiard_shot.ros', 'predictor']),
             subprocess.Popen([sys.executable, '-c', YARDSTICK]),
         ]
         try:

@@ -536,7 +536,3 @@ def _answering(act: Callable[[Any], SafetyDecision]) -> Callable[[Any, Any], Any
 def main(args: Sequence[str] | None = None) -> None:
     """Run the node."""
     node_runner.spin_node(CueDriver, 'cue_driver', args, CueDriver.leave, CueDriver.survive)
-
-
-if __name__ == '__main__':
-    main()

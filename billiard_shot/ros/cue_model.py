@@ -109,7 +109,3 @@ class CueModel(Node):
 def main(args: Sequence[str] | None = None) -> None:
     """Run the node."""
     spin_node(CueModel, 'cue_model', args)
-
-
-if __name__ == '__main__':
-    main()

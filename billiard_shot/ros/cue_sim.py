@@ -193,7 +193,3 @@ class CueSim(Node):
 def main(args: Sequence[str] | None = None) -> None:
     """Run the node."""
     node_runner.spin_node(CueSim, 'cue_sim', args)
-
-
-if __name__ == '__main__':
-    main()

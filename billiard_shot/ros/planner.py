@@ -204,7 +204,3 @@ class Planner(Node):
 def main(args: Sequence[str] | None = None) -> None:
     """Run the node."""
     spin_node(Planner, 'planner', args)
-
-
-if __name__ == '__main__':
-    main()

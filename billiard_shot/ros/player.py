@@ -352,7 +352,3 @@ def main(args: Sequence[str] | None = None) -> None:
         simulate_safety_inputs=options.simulate_safety_inputs,
         timeout=options.wait,
     )
-
-
-if __name__ == '__main__':
-    main()

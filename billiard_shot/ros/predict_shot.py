@@ -87,7 +87,3 @@ def main(args: Sequence[str] | None = None) -> None:
         return not refused
 
     run_client('predict_shot', args, ask, timeout=options.wait)
-
-
-if __name__ == '__main__':
-    main()

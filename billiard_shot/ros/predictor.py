@@ -148,7 +148,3 @@ def _refused(node: Node, response: Any, error: Exception) -> Any:
 def main(args: Sequence[str] | None = None) -> None:
     """Run the node."""
     spin_node(Predictor, 'predictor', args)
-
-
-if __name__ == '__main__':
-    main()

@@ -46,7 +46,7 @@ def quiet_environment(domain: int) -> dict[str, str]:
 
 def command(name: str, arguments: Sequence[str]) -> list[str]:
     """Command that runs a program of the package."""
-    return [sys.executable, '-m', f'billiard_shot.ros.{name}', *arguments]
+    return [sys.executable, '-m', 'billiard_shot.ros', name, *arguments]
 
 
 @contextlib.contextmanager
@@ -168,7 +168,3 @@ def main(args: Sequence[str] | None = None) -> None:
         except KeyboardInterrupt:
             return
     sys.exit(f'robot: a node has ended: {", ".join(ended)}')
-
-
-if __name__ == '__main__':
-    main()

@@ -149,7 +149,3 @@ class ShotRecorder(Node):
 def main(args: Sequence[str] | None = None) -> None:
     """Run the node."""
     spin_node(ShotRecorder, 'shot_recorder', args, lambda node: node.finish('the node has ended'))
-
-
-if __name__ == '__main__':
-    main()

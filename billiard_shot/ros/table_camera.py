@@ -357,7 +357,3 @@ def main(args: Sequence[str] | None = None) -> None:
             "pip install 'billiard_shot[film]'"
         )
     spin_node(lambda: TableCamera(msg), 'table_camera', args)
-
-
-if __name__ == '__main__':
-    main()

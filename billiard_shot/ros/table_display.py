@@ -317,7 +317,3 @@ def _rail(cushion: Array, back: Array, frame: Array) -> Array:
 def main(args: Sequence[str] | None = None) -> None:
     """Run the node."""
     spin_node(TableDisplay, 'table_display', args)
-
-
-if __name__ == '__main__':
-    main()

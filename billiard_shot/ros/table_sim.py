@@ -247,7 +247,3 @@ def detections_message(
 def main(args: Sequence[str] | None = None) -> None:
     """Run the node."""
     spin_node(TableSim, 'table_sim', args)
-
-
-if __name__ == '__main__':
-    main()

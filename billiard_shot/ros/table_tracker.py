@@ -344,7 +344,3 @@ def main(args: Sequence[str] | None = None) -> None:
     except ImportError:
         sys.exit('table_tracker: the package vision_msgs is missing; install ros-*-vision-msgs')
     spin_node(lambda: TableTracker(Detection3DArray), 'table_tracker', args)
-
-
-if __name__ == '__main__':
-    main()

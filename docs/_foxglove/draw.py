@@ -58,7 +58,8 @@ def published_markers():
                 [
                     sys.executable,
                     '-m',
-                    f'billiard_shot.ros.{name}',
+                    'billiard_shot.ros',
+                    name,
                     '--ros-args',
                     '-p',
                     f'scene:={SCENE}',

@@ -78,7 +78,7 @@ class Launch(contextlib.ExitStack):
 
     def __call__(self, name: str, *arguments: str, stdin: Any = None) -> subprocess.Popen[str]:
         process = subprocess.Popen(
-            [sys.executable, '-m', f'billiard_shot.ros.{name}', '--ros-args', *arguments],
+            [sys.executable, '-m', 'billiard_shot.ros', name, '--ros-args', *arguments],
             stdin=stdin,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,

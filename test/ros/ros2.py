@@ -112,7 +112,7 @@ def send_goal(node, options):
 def run(arguments):
     package, executable, *rest = arguments
     assert package == 'billiard_shot'
-    os.execv(sys.executable, [sys.executable, '-m', f'billiard_shot.ros.{executable}', *rest])
+    os.execv(sys.executable, [sys.executable, '-m', 'billiard_shot.ros', executable, *rest])
 
 
 def main():

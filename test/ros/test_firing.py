@@ -32,7 +32,7 @@ sys.path.append(str(ROOT / 'docs' / '_ext'))
 from pages import text_of
 
 BLOCKS = re.findall(r'^```(\w+)\n(.*?)^```$', text_of(PAGE), re.MULTILINE | re.DOTALL)
-PLAYER = [sys.executable, '-m', 'billiard_shot.ros.player']
+PLAYER = [sys.executable, '-m', 'billiard_shot.ros', 'player']
 NODES = {
     **PATIENT,
     'cue_driver': (*PATIENT['cue_driver'], '-p', 'arm_timeout:=30.0'),
@@ -122,7 +122,8 @@ def shell(tmp_path_factory: pytest.TempPathFactory, domain: None) -> Iterator[Sh
                 [
                     sys.executable,
                     '-m',
-                    f'billiard_shot.ros.{name}',
+                    'billiard_shot.ros',
+                    name,
                     '--ros-args',
                     *settings,
                     '--log-level',

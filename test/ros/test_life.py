@@ -158,7 +158,9 @@ def test_bad_parameter_is_a_clear_start_up_error(launch, name, setting, words):
     [('--help', 0, 'predicts the shot'), ('--scene=paper', 2, 'unrecognized arguments: --scene')],
 )
 def test_other_arguments_than_those_of_ros_do_not_start_it(argument, code, words):
-    done = ran([sys.executable, '-m', 'billiard_shot.ros.predictor', argument], timeout=PATIENCE)
+    done = ran(
+        [sys.executable, '-m', 'billiard_shot.ros', 'predictor', argument], timeout=PATIENCE
+    )
     assert done.returncode == code
     assert words in done.stdout + done.stderr
 

@@ -34,7 +34,7 @@ def begin(domain, monkeypatch, tmp_path):
     begun = []
 
     def begin(space, *arguments):
-        robot = [sys.executable, '-m', 'billiard_shot.ros.robot', *arguments]
+        robot = [sys.executable, '-m', 'billiard_shot.ros', 'robot', *arguments]
         process = subprocess.Popen(
             [*robot, '--ros-args', '-r', f'__ns:=/{space}'],
             text=True,
