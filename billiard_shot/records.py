@@ -91,6 +91,9 @@ def storage_kind(dtype: np.dtype[Any]) -> str:
 class Storage(Protocol):
     """Storage of records and arrays: in objects and lists, or in arrays."""
 
+    def __hash__(self) -> int:
+        """Return a hash, for functions that keep what they made."""
+
     def records(self, kind: type[R], count: int) -> Any:
         """Return new records, all fields zero."""
 

@@ -18,6 +18,7 @@ from billiard_shot.table.model.geometry import (
     TableNumbers,
     TableParams,
 )
+from billiard_shot.table.model.motion import ABSENT
 from billiard_shot.table.run.layout import ENDLESS, lay_out, layout_of
 from billiard_shot.table.run.simulate import run_many
 from billiard_shot.table.run.states import ball_starts
@@ -91,7 +92,7 @@ def _falls(
     starts['velocity'][:, 0, :2] = velocity
     starts['spin'][:, 0, 0] = -velocity[:, 1] / params.radius
     starts['spin'][:, 0, 1] = velocity[:, 0] / params.radius
-    starts['absent'][:, 0] = (np.abs(begin) > half).any(axis=1)
+    starts['motion'][(np.abs(begin) > half).any(axis=1), 0] = ABSENT
     played = run_many(
         TableTask(params, table, starts, OPENING_TOLERANCE, OPENING_TOLERANCE), ('1',)
     )

@@ -15,8 +15,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from billiard_shot.compiled import entry, inner
 from billiard_shot.records import Array, Floats, Storage
-from billiard_shot.table.model.motion import BALL, CLUSTER, POCKETED, RELEASE, SegmentRecord
-from billiard_shot.table.run.task import BatchRecording, TableOutcome
+from billiard_shot.table.model.motion import (
+    BALL,
+    CLUSTER,
+    POCKETED,
+    RELEASE,
+    SegmentRecord,
+    TableOutcome,
+)
+from billiard_shot.table.run.task import BatchRecording
 
 PENALTY_STEP = 1.0
 MAX_DISTANCE_PENALTY = 0.99

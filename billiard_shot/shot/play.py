@@ -17,7 +17,7 @@ from billiard_shot.shot.effects import cue_params, model_of, StrikeModel
 from billiard_shot.status import INFINITE_SEQUENCE, MISS, OK, Status, TOLERANCE_NOT_REACHED
 from billiard_shot.table.model.cue import CueParams
 from billiard_shot.table.model.geometry import TableParams
-from billiard_shot.table.model.motion import BallStart
+from billiard_shot.table.model.motion import TableBall
 from billiard_shot.table.run.effects import table_on
 from billiard_shot.table.run.layout import ENDLESS, layout_of
 from billiard_shot.table.run.results import count_in_words
@@ -65,7 +65,7 @@ class PreparedScene(NamedTuple):
         What impacts with the cue depend on.
     names : tuple of str
         The balls; the cue ball first, others in the scene's order.
-    starts : (1, balls) array of BallStart
+    starts : (1, balls) array of TableBall
         The balls at rest. Not to be changed.
     reaching : float
         See `reaching_speed`.
@@ -109,7 +109,7 @@ def _prepared(
     starts['position'] = places
     cue = cue_params(model, table)
     laid_out = layout_of(model.surface, table, cue)
-    balls = OBJECTS.from_rows(BallStart, starts[0])
+    balls = OBJECTS.from_rows(TableBall, starts[0])
     reaching = reaching_speed(laid_out, balls, 0, len(balls))
     return PreparedScene(model, table, obstacles, cue, names, starts, reaching)
 
@@ -173,9 +173,9 @@ COARSEST_STRIKE = 1e-6  # tolerance of a strike
 SUSPECT = 1e4  # changes of the stiffness: margins of decisions that they may turn are smaller
 
 
-def with_discontinuities(
+def note_discontinuities(
     played: BatchRecording, model: StrikeModel, normals: Array, velocities: Array, tolerance: float
-) -> BatchRecording:
+) -> None:
     """
     Find how far the resting places of strokes jump, on endless cloth, and note it in their ends.
 
@@ -186,8 +186,7 @@ def with_discontinuities(
     Parameters
     ----------
     played : BatchRecording
-        Of n strokes. Those in which the ball reached others do not jump. Its errors and status are
-        changed.
+        Of n strokes. Those in which the ball reached others do not jump.
     model : StrikeModel
     normals, velocities : (n, 3) float arrays
         As of `Stroke`.
@@ -196,8 +195,9 @@ def with_discontinuities(
 
     """
     if model.law != ENERGETIC:  # the others have next to none
-        return played
-    cues, ends, found = played.cues, played.tables, np.zeros(len(played.cues))
+        return
+    cues, ends = played.cues, played.tables
+    found = ends['discontinuity']
     changes = NEAR_A_JUMP * np.minimum(cues['tolerance'], COARSEST_STRIKE)
     near = cues['discontinuity_margin'] <= SUSPECT * changes
     near &= (cues['status'] < MISS) & (cues['phases'] > 1) & ~cues['others']
@@ -214,7 +214,6 @@ def with_discontinuities(
     ends['error'] += found
     well = np.isin(ends['status'], (OK, INFINITE_SEQUENCE)) & (ends['run_status'] == OK)
     ends['status'][well & (found > 0.0)] = TOLERANCE_NOT_REACHED
-    return played._replace(discontinuity=found)
 
 
 def _end(model: StrikeModel, normal: Array, velocity: Array, tolerance: float) -> Array:
@@ -363,8 +362,8 @@ def play_by(
         As of `TableTask`.
 
     """
-    task = task_of(prepared, normals, velocities, tables, accuracy, mapped, rules)
-    played = run(task)
-    if not accuracy.checked:
-        return played
-    return with_discontinuities(played, prepared.model, normals, velocities, accuracy.tolerance)
+    played = run(task_of(prepared, normals, velocities, tables, accuracy, mapped, rules))
+    if accuracy.checked:
+        tolerance = accuracy.tolerance
+        note_discontinuities(played, prepared.model, normals, velocities, tolerance)
+    return played

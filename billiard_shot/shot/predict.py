@@ -86,7 +86,7 @@ def predict(
         wall_time,
         Status(int(run.tables['status'][0])),
         error_estimate=float(run.tables['error'][0]),
-        discontinuity=float(run.discontinuity[0]),
+        discontinuity=float(run.tables['discontinuity'][0]),
         run=run_of(run, prepared.names, wall_time),
         _cue=run.cues[0],
         _log=run.log,

@@ -23,7 +23,7 @@ from billiard_shot.shot.shot import Shot
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.status import Status
 from billiard_shot.table.model.cue import CueRecord
-from billiard_shot.table.model.motion import Cause, EventRecord, SegmentRecord
+from billiard_shot.table.model.motion import EventRecord, SegmentRecord
 from billiard_shot.table.run.results import EventLog, TableRun
 
 REPLAY_FORMAT, VERSION = 'billiard_shot shot', 2
@@ -146,10 +146,8 @@ def _record(shot: Shot) -> dict[str, Any]:
 
 
 def _shot(data: dict[str, Any]) -> Shot:
-    known = data['strike']
-    if 'chatter' not in known:
-        known = {**known, **_added(data)}
-    strike = _rows(CueRecord, {name: [value] for name, value in known.items()}, 'strike')
+    known = {name: [value] for name, value in data['strike'].items()}
+    strike = _rows(CueRecord, known, 'strike')
     strike.flags.writeable = False
     losses = np.array(data['losses'], dtype=float).reshape(-1, 2)
     return Shot(
@@ -166,15 +164,6 @@ def _shot(data: dict[str, Any]) -> Shot:
         _log=_rows(PhaseLog, data['phases'], 'phases').reshape(-1, len(losses)),
         _losses=losses,
     )
-
-
-def _added(data: dict[str, Any]) -> dict[str, Any]:
-    """Find values of the fields of a strike that older files lack."""
-    segments, hit = data['run']['segments'], 0.0
-    if data['strike']['hits'] <= 1:
-        own = zip(segments['ball'], segments['cause'], segments['time'], strict=True)
-        hit = min((t for ball, cause, t in own if (ball, cause) == (0, Cause.CUE)), default=np.inf)
-    return {'chatter': False, 'double_hit': hit, 'tip_time': 0.0, 'cloth_time': 0.0}
 
 
 def _stroke(data: dict[str, Any]) -> Stroke:

@@ -382,7 +382,7 @@ class Shot(Shown, Tabular):
 
     @property
     def tip_time(self) -> float:
-        """For how long the tip touched the ball in the strike [s]; 0 if that was not recorded."""
+        """For how long the tip touched the ball in the strike [s]."""
         return float(self._cue['tip_time'])
 
     @property

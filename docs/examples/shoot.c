@@ -19,7 +19,7 @@ int main(void) {
   const TableOutcome *end = play->tables.ends;
   printf("status %d after %.17g s\n", (int)end->status, end->duration);
   for (int i = 0; i < play->tables.balls_shape[0]; i++) {
-    const BallOutcome *ball = &play->tables.balls[i];
+    const TableBall *ball = &play->tables.balls[i];
     printf("ball %d: %.17g %.17g m", i, ball->position[0], ball->position[1]);
     printf(ball->motion == MOTION_POCKETED ? ", in pocket %d\n" : "\n", (int)ball->pocket);
   }

@@ -501,7 +501,8 @@ class Table {
   lay(balls) {
     const there = (name) => Object.hasOwn(balls, name);
     const place = (name) => (there(name) ? [...balls[name], this.scene.radius] : [0, 0, 0]);
-    const start = (name) => ({ position: place(name), absent: !there(name) });
+    const { REST, ABSENT } = this.constants.Motion;
+    const start = (name) => ({ position: place(name), motion: there(name) ? REST : ABSENT });
     this.calls.play_tables.rows('tables.starts').fill(this.scene.names.map(start));
   }
 
@@ -517,10 +518,10 @@ class Table {
     for (;;) {
       ['cues', 'balls', 'ends'].forEach((each) => call.rows(`tables.${each}`).bytes.fill(0));
       call.run();
-      const progress = call.rows('simulation.progress').get(0);
-      const counts = [progress.segments, progress.events, 2 * progress.participants];
+      const end = call.rows('tables.ends').get(0);
+      const counts = [end.segments, end.events, 2 * end.participants];
       const full = RECORD.filter((path, k) => counts[k] > call.rows(path).length);
-      if (!full.length) return { end: call.rows('tables.ends').get(0), counts };
+      if (!full.length) return { end, counts };
       for (const path of full) {
         const [rows, ...others] = call.places[path].shape;
         call.place(path, { ...call.places[path], shape: [2 * rows, ...others] });

@@ -153,14 +153,25 @@ def stop_ball(ball: BallRecord, motion: int) -> None:
 
 
 @record
-class BallStart:
-    """A ball at the beginning of a run."""
+class TableBall:
+    """
+    A ball of a table at the beginning or at the end of a run.
+
+    At the beginning, the fields from `pocket` on do not count.
+    """
 
     position: Vector3  # m
     velocity: Vector3  # m/s
     spin: Vector3  # rad/s
-    first_contact: int  # index of the first ball that it met before the run, or NOTHING
-    absent: bool  # the table does not have this ball
+    motion: int  # Motion; at the beginning: ABSENT, or any other one
+    first_contact: int  # index of the first ball that it met, also before the run, or NOTHING
+    pocket: int  # in which it lies, or NOTHING
+    time: float  # s, since when it rests or, if it never does, its last motion lasts
+    cushions: int  # straight cushions that it met; this and the next four as in `BallRecord`
+    last_edge: float
+    met_time: float
+    met_after: int
+    left_out: float
 
 
 @record
@@ -208,10 +219,16 @@ class EventRecord:
 
 
 @record
-class RunProgress:
-    """How far a simulation is; all counts are so far, and of this table but for the segments."""
+class TableOutcome:
+    """How the simulation of a table ends; counts are those so far, while it goes on."""
 
-    segments: int  # of all tables
+    duration: float  # s
+    status: int  # Status: of the stroke, of its run or of its accuracy; else of the run
+    run_status: int  # Status: of the run alone
+    error: float  # m, estimate for the trajectory after a stroke; 0: it is not estimated
+    # m: how far the end of the trajectory jumps, see shot/play.py; else 0
+    discontinuity: float
+    segments: int  # of this table and all before it
     events: int
     searches: int  # contacts looked for
     participants: int  # of impacts of several balls
@@ -219,6 +236,7 @@ class RunProgress:
     cue_touches: int  # without the strike
     unsolved: int  # Status of an impact that was not solved, or OK
     flaw: int  # Status of an impact that was solved, but with a flaw, or OK
+    jaws_met: int  # rounded jaws that ball 0 met before another ball
 
 
 @record
@@ -241,7 +259,7 @@ class Simulation(NamedTuple):
 
     balls: list[BallRecord]
     collisions: Any  # (n, n) when each pair meets [s], above the diagonal
-    progress: RunProgress
+    progress: TableOutcome
     rebound: Rebound  # room for a contact with a cushion
     segments: list[SegmentRecord]  # of all tables, as far as there is room
     events: list[EventRecord]  # of this table, as far as there is room
@@ -256,7 +274,6 @@ class SimulationRoom(NamedTuple):
 
     balls: list[BallRecord]
     collisions: Any
-    progress: list[RunProgress]  # 1
     rebound: list[Rebound]  # 1
     cue: list[BallRecord]  # 1
 
@@ -266,7 +283,6 @@ def room_for_simulation(storage: Storage, balls: int) -> SimulationRoom:
     return SimulationRoom(
         storage.records(BallRecord, balls),
         storage.zeros(balls, balls),
-        storage.records(RunProgress, 1),
         storage.records(Rebound, 1),
         storage.records(BallRecord, 1),
     )

@@ -1,9 +1,8 @@
 """A scene's table laid out: its numbers, and the lines and arcs that balls meet."""
 
-from collections.abc import Callable
 from functools import lru_cache
 import math
-from typing import Any, ParamSpec, TypeVar
+from typing import Any
 
 from billiard_shot.impact.options import LAWS
 from billiard_shot.records import OBJECTS, Storage
@@ -84,17 +83,7 @@ def _mouth(pocket: Pocket) -> Mouth:
     return float(pocket.mouth), math.sin(turn), math.cos(turn), radius, setback
 
 
-P = ParamSpec('P')
-R = TypeVar('R')
-
-
-def _kept(function: Callable[P, R]) -> Callable[P, R]:
-    """Keep the last results of a function; callers must not modify them."""
-    kept: Any = lru_cache(maxsize=64)(function)
-    return kept
-
-
-@_kept
+@lru_cache(maxsize=64)
 def lay_out(
     storage: Storage,
     params: BallClothParams,

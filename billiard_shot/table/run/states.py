@@ -11,7 +11,7 @@ from billiard_shot.records import ROWS
 from billiard_shot.scene import Scene
 from billiard_shot.scene.fields import as_floats, check_type, LARGEST
 from billiard_shot.scene.placement import no_start, overlaps
-from billiard_shot.table.model.motion import BallStart, NOTHING
+from billiard_shot.table.model.motion import ABSENT, NOTHING, TableBall
 from billiard_shot.table.run.results import BallState
 
 MIN_HEIGHT = 1.0 - 1e-6  # of a ball's centre, relative to the radius: less is in the cloth
@@ -22,8 +22,8 @@ States = Mapping[str, BallState]
 
 
 def ball_starts(tables: int, balls: int) -> NDArray[np.void]:
-    """Return (tables, balls) BallStart, all vectors zero, that met nothing yet."""
-    starts: NDArray[np.void] = ROWS.records(BallStart, tables * balls).reshape(tables, balls)
+    """Return (tables, balls) TableBall, all vectors zero, that met nothing yet."""
+    starts: NDArray[np.void] = ROWS.records(TableBall, tables * balls).reshape(tables, balls)
     starts['first_contact'] = NOTHING
     return starts
 
@@ -51,7 +51,7 @@ def check_balls(name: str, states: States) -> None:
 
 
 def validated_starts(scene: Scene, states: States) -> NDArray[np.void]:
-    """Return (1, balls) BallStart; raise ValueError if a table cannot begin like that."""
+    """Return (1, balls) TableBall; raise ValueError if a table cannot begin like that."""
     check_balls('states', states)
     names, radius = list(states), scene.ball.radius
     starts = ball_starts(1, len(states))
@@ -92,7 +92,7 @@ def _vectors(states: States) -> NDArray[np.float64]:
 
 
 def in_cushions(scene: Scene, starts: NDArray[np.void]) -> Iterator[tuple[int, int, str]]:
-    """Yield table, ball and reason for the balls of (tables, balls) BallStart in a cushion."""
+    """Yield table, ball and reason for the balls of (tables, balls) TableBall in a cushion."""
     if scene.table is None:
         return
     radius, position = scene.ball.radius, starts['position']
@@ -166,11 +166,11 @@ class TableStates:
         return len(self.position)
 
     def starts(self) -> NDArray[np.void]:
-        """Return the states as (tables, balls) BallStart, all zero where a ball is absent."""
+        """Return the states as (tables, balls) TableBall, all zero where a ball is absent."""
         starts = ball_starts(len(self), len(self.names))
         for field in VECTORS:
             starts[field] = np.where(self.present[..., np.newaxis], getattr(self, field), 0.0)
-        starts['absent'] = ~self.present
+        starts['motion'][~self.present] = ABSENT
         return starts
 
     def take(self, which: NDArray[np.integer] | NDArray[np.bool_] | slice) -> 'TableStates':

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from billiard_shot.compiled import entry, inner, innermost
 from billiard_shot.impact.state import PhaseLog
 from billiard_shot.numerics import rounding
-from billiard_shot.records import as_rows, record, ROWS, Storage, Vector3
+from billiard_shot.records import as_rows, ROWS, Storage
 from billiard_shot.status import INFINITE_SEQUENCE, INVALID_REQUEST, OK, TOLERANCE_NOT_REACHED
 from billiard_shot.table.contacts.cluster import room_for
 from billiard_shot.table.contacts.gather import ImpactWorkspace
@@ -34,17 +34,17 @@ from billiard_shot.table.model.motion import (
     ABSENT,
     BallRecord,
     BallRule,
-    BallStart,
     EventRecord,
     note_meeting,
     NOTHING,
     room_for_simulation,
-    RunProgress,
     SegmentRecord,
     Simulation,
     SimulationRoom,
     start_ball,
     stop_ball,
+    TableBall,
+    TableOutcome,
 )
 from billiard_shot.table.run.event_loop import PLACED, run_events, RunLimits
 from billiard_shot.table.run.layout import ENDLESS, lay_out
@@ -64,56 +64,23 @@ from billiard_shot.table.strike.placement import (
 from billiard_shot.table.strike.strike import strike
 
 
-@record
-class BallOutcome:
-    """How a ball ends."""
-
-    position: Vector3  # m
-    velocity: Vector3  # m/s
-    spin: Vector3  # rad/s
-    motion: int  # Motion
-    pocket: int  # in which it lies, or NOTHING
-    first_contact: int  # index of the first ball that it met, or NOTHING
-    time: float  # s, since when it rests or, if it never does, its last motion lasts
-    cushions: int  # straight cushions that it met; this and the next three as in `BallRecord`
-    last_edge: float
-    met_time: float
-    met_after: int
-    left_out: float  # m, see `BallRecord`
-
-
-@record
-class TableOutcome:
-    """How the simulation of a table ends."""
-
-    duration: float  # s
-    status: int  # Status: of the stroke, of its run or of its accuracy; else of the run
-    run_status: int  # Status: of the run alone
-    error: float  # m, estimate for the trajectory after a stroke; 0: it is not estimated
-    segments: int  # of this table and all before it
-    events: int
-    searches: int  # contacts looked for
-    double_hit: bool  # the cue hit ball 0 again, in the strike or later; chatter does not count
-    jaws_met: int  # rounded jaws that ball 0 met before another ball
-
-
 class Tables(NamedTuple):
     """Tables of n balls: how they begin, and how they end. Outcomes are zero at first."""
 
-    starts: list[BallStart]  # n of each table, or n for all tables alike
+    starts: list[TableBall]  # n of each table, or n for all tables alike
     cues: list[CueRecord]  # of each table, written; none without strokes
-    balls: list[BallOutcome]  # n of each table, written
+    balls: list[TableBall]  # n of each table, written
     ends: list[TableOutcome]  # of each table, written
     segments: list[SegmentRecord]  # of all tables, written as far as there is room
     events: list[EventRecord]  # of the last table, written as far as there is room
 
 
 @inner
-def begin_table(table: TableModel, s: Simulation, starts: list[BallStart], first: int) -> bool:
+def begin_table(table: TableModel, s: Simulation, starts: list[TableBall], first: int) -> bool:
     """Put down the balls of a table, from `first` on, and return whether they can be there."""
     p, cue, n, radius = s.progress, s.cue, table.numbers, table.params.radius
     out_x, out_y = n.nose_half_length + n.cushion_depth, n.nose_half_width + n.cushion_depth
-    p.events, p.participants, p.searches = 0, 0, 0  # but segments go on from table to table
+    p.events, p.participants, p.searches = 0, 0, 0
     p.double_hit, p.cue_touches, p.unsolved, p.flaw = False, 0, OK, OK
     cue.meeting_time, cue.time, cue.end = math.inf, 0.0, 0.0
     for i in range(len(s.balls)):
@@ -126,7 +93,7 @@ def begin_table(table: TableModel, s: Simulation, starts: list[BallStart], first
                     return False
         start_ball(ball, start.position, start.velocity, start.spin)
         ball.ball, ball.modified, ball.first_contact = i, True, start.first_contact
-        if start.absent:
+        if start.motion == ABSENT:
             stop_ball(ball, ABSENT)
             continue
         if abs(ball.position[0]) > out_x or abs(ball.position[1]) > out_y:
@@ -149,7 +116,7 @@ def begin_table(table: TableModel, s: Simulation, starts: list[BallStart], first
 
 
 @inner
-def write_outcome(ball: BallRecord, outcome: BallOutcome, valid: bool) -> None:
+def write_outcome(ball: BallRecord, outcome: TableBall, valid: bool) -> None:
     """Write how a ball ends; zeros, if it cannot begin."""
     if not valid:
         outcome.pocket, outcome.first_contact = NOTHING, NOTHING
@@ -165,8 +132,8 @@ def write_outcome(ball: BallRecord, outcome: BallOutcome, valid: bool) -> None:
     outcome.left_out = ball.left_out
 
 
-# This function and `play_table` are inlined: the arrays in their arguments are a thousand numbers,
-# and to pass these on takes longer than all else that they do.
+# This function is inlined: the arrays in its arguments are a thousand numbers, and to pass these
+# on takes longer than all else that it does.
 @innermost
 def run_table(
     layout: PackedTable,
@@ -179,7 +146,8 @@ def run_table(
     room: ImpactWorkspace,
 ) -> None:
     """Let balls and cue of a table begin, and simulate it to its end, for a tolerance [m]."""
-    count, cues, outcome, n = len(s.balls), tables.cues, tables.ends[number], layout.numbers[0]
+    count, cues, outcome, n = len(s.balls), tables.cues, s.progress, layout.numbers[0]
+    outcome.segments = tables.ends[number - 1].segments if number > 0 else 0
     hops = 1.0
     if len(cues) > 0:
         hops = HOPS_BEFORE_CUSHIONS if strokes.checked and not n.endless else HOPS
@@ -201,12 +169,9 @@ def run_table(
         place_cue(table, s, tables.starts, first, strokes, number, tolerance, cues[number])
         if valid and cues[number].strikes and window.until != PLACED:
             strike(table, s, cues, number, room)
-            s.progress.double_hit = cues[number].double_hit == 0.0
+            outcome.double_hit = cues[number].double_hit == 0.0
     if valid and window.until > 0.0:
         outcome.duration, outcome.run_status = run_events(table, s, cues, number, window, room)
-    p = s.progress
-    outcome.segments, outcome.events = p.segments, p.events
-    outcome.searches, outcome.double_hit = p.searches, p.double_hit
     outcome.jaws_met = s.balls[0].jaws if valid else 0
     for i in range(count):
         write_outcome(s.balls[i], tables.balls[number * count + i], valid)
@@ -214,7 +179,7 @@ def run_table(
 
 @inner
 def estimated_error(
-    layout: PackedTable, cue: CueRecord, ball: BallOutcome, tolerance: float
+    layout: PackedTable, cue: CueRecord, ball: TableBall, tolerance: float
 ) -> float:
     """Estimate the error of the trajectory of a ball after a stroke [m]."""
     error = cue.drift * ball.time
@@ -227,49 +192,6 @@ def estimated_error(
     return error
 
 
-@innermost
-def play_table(
-    layout: PackedTable,
-    s: Simulation,
-    tables: Tables,
-    strokes: Strokes,
-    number: int,
-    tolerance: float,
-    window: RunLimits,
-    room: ImpactWorkspace,
-) -> None:
-    """
-    Play the stroke at a table, if there is one, and decide how it ended.
-
-    It ends as the strike; if that went well, as the run; if that went well, as its accuracy says.
-    A checked stroke whose ball meets rounded jaws of pockets is played again, finer: each jaw
-    magnifies an error a few hundred times. The change then tells the error.
-    """
-    segments, end, status = s.progress.segments, tables.ends[number], OK
-    run_table(layout, s, tables, strokes, number, tolerance, window, room)
-    if len(tables.cues) > 0:
-        cue, ball = tables.cues[number], tables.balls[number * len(s.balls)]
-        status = cue.status
-        if strokes.checked:
-            end.error = estimated_error(layout, cue, ball, tolerance)
-            if end.jaws_met > 0:
-                x, y, z = ball.position[0], ball.position[1], ball.position[2]
-                s.progress.segments = segments
-                finer = FINER * tolerance
-                run_table(layout, s, tables, strokes, number, finer, window, room)
-                if ball.first_contact == NOTHING:
-                    x, y, z = ball.position[0] - x, ball.position[1] - y, ball.position[2] - z
-                    end.error = max(end.error, LEFT * math.sqrt(x * x + y * y + z * z))
-                if cue.status != TOLERANCE_NOT_REACHED:  # as fine as an impact can be solved
-                    status = cue.status
-    if status in (OK, INFINITE_SEQUENCE):
-        if end.run_status != OK:
-            status = end.run_status
-        elif end.error > tolerance:
-            status = TOLERANCE_NOT_REACHED
-    end.status = status
-
-
 def _example(storage: Storage) -> tuple[Any, ...]:
     """One ball on the cloth."""
     params = BallClothParams(*(1.0,) * 10, 0, 1.0)
@@ -277,9 +199,9 @@ def _example(storage: Storage) -> tuple[Any, ...]:
     starts['position'] = 0.0, 0.0, 1.0
     return (
         Tables(
-            storage.from_rows(BallStart, starts[0]),
+            storage.from_rows(TableBall, starts[0]),
             storage.records(CueRecord, 1),
-            storage.records(BallOutcome, 1),
+            storage.records(TableBall, 1),
             storage.records(TableOutcome, 1),
             storage.records(SegmentRecord, 1),
             storage.records(EventRecord, 1),
@@ -308,6 +230,10 @@ def play_tables(
     """
     Play a stroke at each of many tables, or simulate them without, one after the other.
 
+    A stroke ends as its strike; if that went well, as its run; if that went well, as its accuracy
+    says. A checked stroke whose ball meets rounded jaws of pockets is played again, finer: each
+    jaw magnifies an error a few hundred times. The change then tells the error.
+
     Statuses, errors and repetitions are decided here, so that all callers find the same. Callers
     make vectors of offsets by `write_strokes`, and give larger arrays if segments, events or
     phases did not fit. Python adds messages, and how far the outcomes of law `energetic` jump
@@ -331,20 +257,39 @@ def play_tables(
         For impacts of several bodies; afterwards it has the last one.
 
     """
-    s = Simulation(
-        simulation.balls,
-        simulation.collisions,
-        simulation.progress[0],
-        simulation.rebound[0],
-        tables.segments,
-        tables.events,
-        rules=window.rules,
-        cue=simulation.cue[0],
-    )
-    p = s.progress
-    p.segments = p.events = p.participants = 0
     for number in range(len(tables.ends)):
-        play_table(layout, s, tables, strokes, number, tolerance, window, room)
+        end, status = tables.ends[number], OK
+        s = Simulation(
+            simulation.balls,
+            simulation.collisions,
+            end,
+            simulation.rebound[0],
+            tables.segments,
+            tables.events,
+            rules=window.rules,
+            cue=simulation.cue[0],
+        )
+        run_table(layout, s, tables, strokes, number, tolerance, window, room)
+        if len(tables.cues) > 0:
+            cue, ball = tables.cues[number], tables.balls[number * len(s.balls)]
+            status = cue.status
+            if strokes.checked:
+                end.error = estimated_error(layout, cue, ball, tolerance)
+                if end.jaws_met > 0:
+                    x, y, z = ball.position[0], ball.position[1], ball.position[2]
+                    finer = FINER * tolerance
+                    run_table(layout, s, tables, strokes, number, finer, window, room)
+                    if ball.first_contact == NOTHING:
+                        x, y, z = ball.position[0] - x, ball.position[1] - y, ball.position[2] - z
+                        end.error = max(end.error, LEFT * math.sqrt(x * x + y * y + z * z))
+                    if cue.status != TOLERANCE_NOT_REACHED:  # as fine as an impact can be solved
+                        status = cue.status
+        if status in (OK, INFINITE_SEQUENCE):
+            if end.run_status != OK:
+                status = end.run_status
+            elif end.error > tolerance:
+                status = TOLERANCE_NOT_REACHED
+        end.status = status
 
 
 # Hops after impacts with balls and cushions that move a ball by less [m] are left out. Friction
@@ -364,7 +309,7 @@ class TableTask(NamedTuple):
     Attributes
     ----------
     params, table : BallClothParams, TableParams
-    starts : (tables, balls) array of BallStart
+    starts : (tables, balls) array of TableBall
         With strokes, one table may stand for all.
     tolerance : float
         See `play_tables` [m].
@@ -417,7 +362,7 @@ class BatchRecording(NamedTuple):
 
     Attributes
     ----------
-    balls : (tables, balls) array of BallOutcome
+    balls : (tables, balls) array of TableBall
     tables : (tables,) array of TableOutcome
     segments : (segments,) array of SegmentRecord
         Of all tables, one after the other, as far as there was room.
@@ -431,9 +376,6 @@ class BatchRecording(NamedTuple):
         The strike on the last table with its N contacts, as far as there was room.
     losses : (N, 2) float array
         At these contacts, to restitution and to friction [J].
-    discontinuity : (tables,) float array
-        How far the end of the trajectory after a stroke jumps [m], see shot/play.py;
-        else 0.
 
     """
 
@@ -445,11 +387,10 @@ class BatchRecording(NamedTuple):
     cues: NDArray[np.void]
     log: NDArray[np.void]
     losses: NDArray[np.float64]
-    discontinuity: NDArray[np.float64]
 
 
 # Of a `BatchRecording`: those that have a row for each table.
-COLUMNS = 'balls', 'tables', 'places', 'cues', 'discontinuity'
+COLUMNS = 'balls', 'tables', 'places', 'cues'
 
 
 def run_with_events(task: TableTask) -> BatchRecording:
@@ -524,18 +465,20 @@ def run_tables(
     tables, count, with_cue = task.tables, task.starts.shape[1], task.strokes is not None
     # each participant of an impact begins a segment
     key = storage, count, with_cue, segments if events else 0, phases
-    simulation, room = rooms = _thread.rooms(*key)
+    _, room = rooms = _thread.rooms(*key)
     played, _, _, window, *_ = arguments = packed(task, storage, rooms, segments, events)
     run(*arguments)
-    progress = as_rows(RunProgress, simulation.progress)[0]  # by names: attributes take 2 us each
-    logged, taken = int(progress['events']), int(progress['participants'])
+    ends = as_rows(TableOutcome, played.ends)
+    recorded, logged, taken = (
+        int(ends[name][-1]) if tables else 0 for name in ('segments', 'events', 'participants')
+    )
     cues = as_rows(CueRecord, played.cues)
     log, losses = strike_details(cues, room) if phases and len(cues) else (NO_LOG, NO_LOSSES)
     _thread.kept[key] = rooms  # not after an exception
     return BatchRecording(
-        as_rows(BallOutcome, played.balls).reshape(tables, count),
-        as_rows(TableOutcome, played.ends),
-        as_rows(SegmentRecord, played.segments[: int(progress['segments'])]),
+        as_rows(TableBall, played.balls).reshape(tables, count),
+        ends,
+        as_rows(SegmentRecord, played.segments[:recorded]),
         EventLog(
             as_rows(EventRecord, played.events[:logged]),
             np.array(room.participants[:taken], np.int64).reshape(-1, 2),
@@ -544,7 +487,6 @@ def run_tables(
         cues,
         log,
         losses,
-        discontinuity=np.zeros(tables),
     )
 
 
@@ -557,9 +499,9 @@ def packed(
         storage, task.params, task.table, task.hop_tolerance, task.fast_rebounds, cue=task.cue
     )
     played = Tables(
-        storage.from_rows(BallStart, task.starts.reshape(-1)),
+        storage.from_rows(TableBall, task.starts.reshape(-1)),
         storage.records(CueRecord, tables if with_cue else 0),
-        storage.records(BallOutcome, tables * count),
+        storage.records(TableBall, tables * count),
         storage.records(TableOutcome, tables),
         storage.unset(SegmentRecord, segments),
         storage.unset(EventRecord, events),

@@ -23,7 +23,7 @@ from billiard_shot.status import (
 )
 from billiard_shot.table.model.cue import CueParams, CueRecord, follow_through_time
 from billiard_shot.table.model.geometry import BallClothParams, GATE_OFF, TableModel
-from billiard_shot.table.model.motion import BallStart, FLIGHT, Simulation
+from billiard_shot.table.model.motion import ABSENT, FLIGHT, Simulation, TableBall
 
 # Velocity and spin err together; spin comes with the factor 7/2 of slip against velocity, of which
 # the roll that follows keeps 2/7.
@@ -371,14 +371,14 @@ def refusal(obstacles: Surroundings, n: Vector, c: Vector, position: Vector) -> 
 
 
 @inner
-def reaching_speed(table: TableModel, balls: list[BallStart], first: int, count: int) -> float:
+def reaching_speed(table: TableModel, balls: list[TableBall], first: int, count: int) -> float:
     """
     Find the speed of the cue from which on balls may reach others, or noses, in a strike.
 
     Parameters
     ----------
     table : TableModel
-    balls : BallStart
+    balls : TableBall
         Of many tables; those of this one are `count`, from `first` on, which is struck.
 
     Returns
@@ -393,7 +393,7 @@ def reaching_speed(table: TableModel, balls: list[BallStart], first: int, count:
     nearest = hypot(away, z - n.nose_height) - radius
     if n.pair_gate != GATE_OFF:
         for i in range(first + 1, first + count):
-            if not balls[i].absent:
+            if balls[i].motion != ABSENT:
                 p = balls[i].position
                 u, v, w = p[0] - x, p[1] - y, p[2] - z
                 nearest = min(nearest, sqrt(u * u + v * v + w * w) - 2.0 * radius)
@@ -405,7 +405,7 @@ def reaching_speed(table: TableModel, balls: list[BallStart], first: int, count:
 def place_cue(
     table: TableModel,
     s: Simulation,
-    balls: list[BallStart],
+    balls: list[TableBall],
     first: int,
     strokes: Strokes,
     number: int,
@@ -437,11 +437,11 @@ def place_cue(
     for i in range(len(obstacles.balls)):
         other, place = balls[first + 1 + i], obstacles.balls[i]
         for k in range(2):
-            place[k] = nan if other.absent else other.position[k]
+            place[k] = nan if other.motion == ABSENT else other.position[k]
     speed = unit(strokes.velocities[number], cue.axis)
     unit(strokes.normals[number], cue.normal)
     cue.status = MISS
-    if isfinite(ball.position[0]) and not ball.absent:
+    if isfinite(ball.position[0]) and ball.motion != ABSENT:
         cue.status = refusal(obstacles, cue.normal, cue.axis, ball.position)
     if cue.status != OK:
         for k in range(3):
