@@ -63,19 +63,6 @@ class Rating(NamedTuple):
     value: float  # mean
     success: float  # share of the executions that keep the turn
     turn: float = 0.0  # rad: mean error of the azimuth of these
-    errors: int = 0  # with which it was tried
-
-    def with_more(self, other: 'Rating') -> 'Rating':
-        """Combine with a rating of the same idea by other errors."""
-        errors = self.errors + other.errors
-        kept = self.success * self.errors, other.success * other.errors
-        return Rating(
-            self.idea,
-            (self.value * self.errors + other.value * other.errors) / errors,
-            sum(kept) / errors,
-            (self.turn * kept[0] + other.turn * kept[1]) / max(sum(kept), 1.0),
-            errors,
-        )
 
     @property
     def turned(self) -> Idea:
@@ -138,8 +125,7 @@ def rate(
             change.ravel()[chosen] = _second(position, batch.take(chosen), first) - first
             mean += success * change.sum(axis=1) / np.maximum(some.sum(axis=1), 1)
         turn = (kept @ errors[:, AZIMUTH]) / np.maximum(kept.sum(axis=1), 1)
-        count = [len(errors)] * len(own)
-        rated += map(Rating, own, mean.tolist(), success.tolist(), turn.tolist(), count)
+        rated += map(Rating, own, mean.tolist(), success.tolist(), turn.tolist())
     return rated
 
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import cache
+from functools import cache, lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -10,11 +10,12 @@ from numpy.typing import NDArray
 
 from billiard_shot.game.referee import settled
 from billiard_shot.game.state import Call, Game, Outcome, Ruling, State
-from billiard_shot.planning.shots import DirectShots, open_pockets, shots
+from billiard_shot.planning.plan import cue_ball_at, places_all_over
+from billiard_shot.planning.shots import DirectShots, shots
 from billiard_shot.planning.within_noise import play_within_noise
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene
-from billiard_shot.scene.placement import CUE_BALL, head_string
+from billiard_shot.scene.placement import CUE_BALL, head_string, Place
 from billiard_shot.scene.player import B, ELEVATION, SPEED
 from billiard_shot.shot.play import StrokeBatch
 from billiard_shot.table.model.motion import NOTHING
@@ -122,8 +123,12 @@ def _outcome(state: State, names: tuple[str, ...], row: list[int]) -> Outcome:
 
 
 SHOT = 0.9  # probability that a shot of the rest of the rack pots and leaves the next one
-BLOCKED = 3  # shots that a ball costs beside its own if no pocket is open to it
-MOST_SHOTS = 15 * (1 + BLOCKED)  # that a player needs
+# Shots that a ball costs beside its own if it is hard to pot, by the mean of its best chances from
+# places of the cue ball all over the table. In 36 racks of eight-ball each such ball made run-outs
+# rarer by a factor of .6 and .8.
+HARD = ((0.03, 4), (0.15, 2))
+PLACES = 32  # of the cue ball
+MOST_SHOTS = 15 * (1 + HARD[0][1])  # that a player needs
 AFTER_SAFETY = 0.5  # probability of the other player's shot after a safety
 IN_HAND_CHANCE, IN_KITCHEN = 0.97, 0.85  # chance of the first shot with the cue ball in hand
 
@@ -175,20 +180,24 @@ def win_probabilities(shared: bool, skills: Skills) -> Array:
 
 
 def shots_left(
-    scene: Scene, after: Sequence[State], kind: NDArray[np.int64], states: TableStates
+    after: Sequence[State],
+    kind: NDArray[np.int64],
+    states: TableStates,
+    extra: NDArray[np.int64],
 ) -> NDArray[np.int64]:
     """
     Count the shots that the players need.
 
     Parameters
     ----------
-    scene : Scene
     after : sequence of State
         States of the game.
     kind : (n,) int array
         Which of these belongs to each table; -1: none.
     states : TableStates
         (n,) where the balls lie.
+    extra : (n, balls) int array
+        As of `extra_shots`.
 
     Returns
     -------
@@ -198,14 +207,94 @@ def shots_left(
     """
     needed = np.zeros((2, *states.present.shape), np.bool_)
     for number, state in enumerate(after):
-        for who, player in enumerate((state.player, state.other)[: state.game.players]):
-            balls = state.game.needs(state, player)
+        for who, balls in enumerate(_needs(state)):
             needed[who, kind == number] = [name in balls for name in states.names]
-    needed &= states.present
-    lying = states.present & (np.array(states.names) != CUE_BALL)
-    others = TableStates(states.names, states.position, present=lying)
-    count = open_pockets(scene, others, needed[0] | needed[1])
-    return (needed * np.where(count, 1, 1 + BLOCKED)).sum(axis=2).T
+    return (needed * states.present * (1 + extra)).sum(axis=2).T
+
+
+def _needs(state: State) -> list[tuple[str, ...]]:
+    """List the balls that the player at the table needs, and those of the other one."""
+    if state.over:
+        return []
+    players = (state.player, state.other)[: state.game.players]
+    return [state.game.needs(state, player) for player in players]
+
+
+def extra_shots(
+    scene: Scene, after: Sequence[State], kind: NDArray[np.int64], states: TableStates
+) -> NDArray[np.int64]:
+    """
+    Count the shots (n, balls) that balls cost beside their own, see `shots_left`.
+
+    A ball that was moved by more than its diameter counts as easy: so driving balls apart pays.
+    """
+    extra = np.zeros(states.present.shape, np.int64)
+    anywhere = _without_balls(scene)
+    for number, state in enumerate(after):
+        lying = tuple((name, state.balls[name]) for name in state.object_balls)
+        wanted = tuple(sorted({name for balls in _needs(state) for name in balls}))
+        for name, more in zip(wanted, _extra_of(anywhere, lying, wanted), strict=True):
+            rows, i = np.flatnonzero(kind == number), states.names.index(name)
+            away = states.position[rows, i, :2] - state.balls[name]
+            extra[rows, i] = more * (np.hypot(*away.T) <= 2.0 * state.radius)
+    return extra
+
+
+@lru_cache(maxsize=64)
+def _without_balls(scene: Scene) -> Scene:
+    return replace(scene, balls={})
+
+
+@lru_cache(maxsize=1024)
+def _extra_of(
+    scene: Scene, lying: tuple[tuple[str, Place], ...], wanted: tuple[str, ...]
+) -> list[int]:
+    """Count the shots that some of the balls on a table cost beside their own."""
+    if not wanted:
+        return []
+    balls = np.array([place for _, place in lying])
+    places = places_all_over(scene.table, 'anywhere')[:PLACES]
+    away = np.hypot(*(places[:, np.newaxis] - balls).T).min(axis=0)
+    tables = cue_ball_at(places[away > 2.0 * scene.ball.radius], dict(lying), scene.ball.radius)
+    direct = shots(scene, tables, wanted)
+    chance = np.zeros((len(direct.names), direct.tables))
+    np.maximum.at(chance, (direct.ball, direct.table), direct.chance)
+    mean = chance.mean(axis=1)[[direct.names.index(name) for name in wanted]].tolist()
+    return [next((more for most, more in HARD if each < most), 0) for each in mean]
+
+
+def best_next(
+    direct: DirectShots, left: NDArray[np.int64], extra: NDArray[np.int64]
+) -> tuple[Array, NDArray[np.int64]]:
+    """
+    Choose the next shot of each table: a hard ball that can be potted costs no more than others.
+
+    Parameters
+    ----------
+    direct : DirectShots
+        Of the tables.
+    left, extra
+        As of `shots_left`.
+
+    Returns
+    -------
+    chance : (tables,) float array
+        Of the shot, 0 if there is none.
+    left : (tables, 2) int array
+        With its ball as one of those that are easy.
+
+    """
+    saved = extra[direct.table, direct.ball]
+    order = np.lexsort((worth(direct, extra), direct.table))  # the last one of a table stays
+    chance, less = np.zeros(len(left)), np.zeros(len(left), np.int64)
+    chance[direct.table[order]] = direct.chance[order]
+    less[direct.table[order]] = saved[order]
+    return chance, left - np.column_stack([less, np.zeros_like(less)])
+
+
+def worth(direct: DirectShots, extra: NDArray[np.int64]) -> Array:
+    """Rank direct shots by their chances, and by the shots that they save."""
+    return direct.chance / SHOT ** extra[direct.table, direct.ball]
 
 
 def at_table(chance: Array, game: Game, left: NDArray[np.int64], skills: Skills) -> Array:
@@ -267,8 +356,9 @@ def values(scene: Scene, player: int, batch: RuledBatch, skills: Skills) -> Arra
 
     """
     goes_on = [not after.over and not after.in_hand for after in batch.after]
-    chance = next_shots(scene, batch, goes_on).best
-    left = shots_left(scene, batch.after, batch.kind, batch.states)
+    extra = extra_shots(scene, batch.after, batch.kind, batch.states)
+    left = shots_left(batch.after, batch.kind, batch.states, extra)
+    chance, left = best_next(next_shots(scene, batch, goes_on), left, extra)
     found = np.zeros(len(batch.kind))
     for number, ruling in enumerate(batch.kinds):
         rows = batch.kind == number
@@ -334,15 +424,6 @@ STROKES = np.array([(b, speed) for b in (0.0, 0.3, -0.3) for speed in (1.0, 1.6)
 DRAW_RAISES = 1.5
 
 
-class Continuations(NamedTuple):
-    """Strokes that follow end states."""
-
-    row: NDArray[np.int64]  # (n,) of the end state
-    shot: NDArray[np.int64]  # (n,)
-    strokes: Array  # (n, 5)
-    states: TableStates  # n tables
-
-
 def second_ply(
     scene: Scene, player: int, batch: RuledBatch, first: Array, skills: Skills
 ) -> Array:
@@ -376,54 +457,57 @@ def second_ply(
     direct = next_shots(scene, batch, goes_on)
     if not len(direct):
         return first
-    followed = _follow(scene, batch.states, direct)
+    extra = extra_shots(scene, batch.after, batch.kind, batch.states)
+    left = shots_left(batch.after, batch.kind, batch.states, extra)
+    shot, strokes = _followed(scene, direct, extra)
+    row, ball = direct.table[shot], direct.ball[shot]
     sigmas = scene.noise.sigmas(scene.ball.radius)
-    played = play_within_noise(scene, followed.strokes, sigmas, followed.states)
+    played = play_within_noise(scene, strokes, sigmas, batch.states.take(row))
     cue = names.index(CUE_BALL)
-    ball = direct.ball[followed.shot]
-    rows = np.arange(len(ball))
     potted = (
-        (played.pocket[rows, ball] == direct.pocket[followed.shot])
+        (played.pocket[np.arange(len(ball)), ball] == direct.pocket[shot])
         & (played.first_met[:, cue] == ball)
         & played.states.present[:, cue]
         & ~played.double_hit
         & ~played.miscue
     )
-    game, left = batch.after[0].game, shots_left(scene, batch.after, batch.kind, batch.states)
+    game = batch.after[0].game
     found = first.copy()
     found[direct.table] = at_table(np.zeros(len(first)), game, left, skills)[direct.table]
-    then = _values_after(scene, batch, direct, followed, potted, played.states, skills)
-    p, row = direct.chance[followed.shot], followed.row
+    then = _values_after(scene, batch, row, ball, potted, played.states, extra[row], skills)
+    p = direct.chance[shot]
     value = p * then + (1.0 - p) * miss_value(game, left, skills)[row]
     np.maximum.at(found, row[potted], value[potted])
     return found
 
 
-def _follow(scene: Scene, states: TableStates, direct: DirectShots) -> Continuations:
-    """Make strokes at the best direct shots of each table."""
-    order = np.lexsort((-direct.chance, direct.table))
+def _followed(
+    scene: Scene, direct: DirectShots, extra: NDArray[np.int64]
+) -> tuple[NDArray[np.int64], Array]:
+    """Return numbers (n,) of the best direct shots of each table, and strokes (n, 5) of these."""
+    order = np.lexsort((-worth(direct, extra), direct.table))
     rank = np.arange(len(order)) - np.searchsorted(direct.table[order], direct.table[order])
     chosen = order[rank < FOLLOWED_SHOTS]
     shot = np.repeat(chosen, len(STROKES))
-    row = direct.table[shot]
     strokes = direct.offsets[shot]
     strokes[:, B], faster = np.tile(STROKES, (len(chosen), 1)).T
     strokes[:, ELEVATION] *= 1.0 - DRAW_RAISES * np.minimum(strokes[:, B], 0.0)
     strokes[:, SPEED] = np.minimum(strokes[:, SPEED] * faster, scene.robot.speed_max)
-    return Continuations(row, shot, strokes, states.take(row))
+    return shot, strokes
 
 
 def _values_after(
     scene: Scene,
     batch: RuledBatch,
-    direct: DirectShots,
-    followed: Continuations,
+    row: NDArray[np.int64],
+    ball: NDArray[np.int64],
     potted: NDArray[np.bool_],
     ends: TableStates,
+    extra: NDArray[np.int64],
     skills: Skills,
 ) -> Array:
     """Value what strokes that pot leave."""
-    before, ball = batch.kind[followed.row], direct.ball[followed.shot]
+    before = batch.kind[row]
     ways = set(zip(before[potted].tolist(), ball[potted].tolist(), strict=True))
     after: list[State] = []
     kind = np.full(len(before), -1)
@@ -434,6 +518,6 @@ def _values_after(
         after.append(batch.after[number].without(ends.names[fallen]))
         if after[-1].object_balls:
             masks[rows] = may_pot(after[-1], ends.names)
-    chance = shots(scene, ends, masks).best
-    left = shots_left(scene, after, kind, ends)
+    left = shots_left(after, kind, ends, extra)
+    chance, left = best_next(shots(scene, ends, masks), left, extra)
     return at_table(chance, batch.after[0].game, left, skills)

@@ -38,8 +38,11 @@ from billiard_shot.game.strokes import (
 )
 from billiard_shot.game.valuation import (
     at_table,
-    BLOCKED,
+    best_next,
     EQUAL,
+    extra_shots,
+    HARD,
+    next_shots,
     rule_on,
     RuledBatch,
     second_ply,
@@ -528,7 +531,7 @@ def test_touching_balls_get_fewer_trials_because_their_strokes_take_long(monkeyp
 
     def rate(ideas, errors, plies, draw):
         trials[-1] += len(ideas) * len(errors)
-        return [Rating(idea, 0.5, 0.5, 0.0, len(errors)) for idea in ideas]
+        return [Rating(idea, 0.5, 0.5) for idea in ideas]
 
     def safeties(position):
         stroke = np.array([0.0, 0.0, 0.1, 0.0, 1.0])
@@ -620,7 +623,13 @@ def test_a_rack_is_won_by_the_last_ball_and_the_8():
     assert second_ply(NINE_FOOT, 0, on_8, values(NINE_FOOT, 0, on_8, EQUAL), EQUAL)[0] > 0.9
 
 
-def test_a_ball_that_no_pocket_is_open_to_takes_more_shots():
+def needed_shots(batch):
+    """Shots that the players need, of the first table."""
+    given = batch.after, batch.kind, batch.states
+    return shots_left(*given, extra_shots(NINE_FOOT, *given))[0].tolist()
+
+
+def test_a_ball_that_is_hard_to_pot_takes_more_shots():
     free = {'cue': (-0.5, 0.0), '1': (0.6, 0.3), '8': (0.3, -0.2), '9': (-0.9, 0.2)}
     beside = {'10': (1.2414, 0.06), '11': (1.2414, -0.06)}
     theirs, both = (free | beside | {ball: (1.2414, 0.0)} for ball in ('9', '8'))
@@ -628,12 +637,30 @@ def test_a_ball_that_no_pocket_is_open_to_takes_more_shots():
         end_states(balls, game='eight_ball', groups=('solids', 'stripes'))
         for balls in (free, theirs, both)
     ]
-    left = [
-        shots_left(NINE_FOOT, each.after, each.kind, each.states)[0].tolist() for each in states
-    ]
-    states[-1].states.present[:, states[-1].states.names.index('10')] = False
-    tables = states[-1]
-    fewer = shots_left(NINE_FOOT, tables.after, tables.kind, tables.states)[0].tolist()
-    assert fewer == [2 + BLOCKED, 3 + 2 * BLOCKED]  # the 10 has fallen
+    hard = HARD[0][1]
     # no ball of the row goes along the cushion: the others are where the cue ball has to be
-    assert left == [[2, 2], [2, 4 + 3 * BLOCKED], [2 + BLOCKED, 4 + 3 * BLOCKED]]
+    left = [[2, 2], [2, 4 + 3 * hard], [2 + hard, 4 + 3 * hard]]
+    assert [needed_shots(each) for each in states] == left
+    names, places = states[-1].states.names, states[-1].states.position
+    places[:, names.index('8'), :2] = 0.3, -0.2  # a shot drives it out of the row
+    assert needed_shots(states[-1]) == [2, 4 + 2 * hard]
+    states[-1].states.present[:, names.index('10')] = False
+    assert needed_shots(states[-1])[1] == 3 + hard
+
+
+def test_a_hard_ball_that_can_be_potted_now_costs_one_shot():
+    balls = {'cue': (0.0, 0.0), '1': (0.9, 0.45), '3': (0.6, -0.35), '8': (-0.9, 0.2)}
+    batch = end_states(balls, game='eight_ball', groups=('solids', 'stripes'))
+    given = batch.after, batch.kind, batch.states
+    direct = next_shots(NINE_FOOT, batch, [True])
+    extra = np.zeros((1, len(direct.names)), int)
+    left = shots_left(*given, extra)
+    chance, same = best_next(direct, left, extra)
+    assert chance == direct.best
+    assert same.tolist() == left.tolist() == [[3, 1]]
+    worst = direct.ball[np.argmin(direct.chance)]
+    extra[0, worst] = 4
+    left = shots_left(*given, extra)
+    chance, fewer = best_next(direct, left, extra)
+    assert chance == direct.chance[direct.ball == worst].max()
+    assert fewer.tolist() == [[3, 1]]

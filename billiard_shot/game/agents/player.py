@@ -38,7 +38,14 @@ from billiard_shot.game.strokes import (
     placed,
     places_to_try,
 )
-from billiard_shot.game.valuation import at_table, SHOT, shots_left, Skills, value
+from billiard_shot.game.valuation import (
+    at_table,
+    extra_shots,
+    SHOT,
+    shots_left,
+    Skills,
+    value,
+)
 from billiard_shot.planning.plan import best_in_hand
 from billiard_shot.planning.shots import DirectShots
 from billiard_shot.records import Array
@@ -50,9 +57,9 @@ from billiard_shot.scene.player import ModelError
 from billiard_shot.shot.stroke import Stroke
 
 SHOTS, TIPS = 12, 9  # direct shots that are tried, at points of contact of the tip
-PLACES_IN_HAND, TIPS_IN_HAND = 12, 5  # places of the cue ball in hand that are tried; tips at each
+PLACES_IN_HAND, TIPS_IN_HAND = 8, 5  # places of the cue ball in hand that are tried; tips at each
 # Ideas race: they are tried with some errors, and the best third of them with more errors.
-FINALISTS, FIRST_ERRORS, SECOND_ERRORS = 40, 12, 36
+FINALISTS, FIRST_ERRORS, SECOND_ERRORS = 40, 12, 48
 IDEAS_AT_ONCE = 10  # ideas that are tried between two readings of the clock
 VARIED, VARIATIONS = 3, 12  # of the best, ideas that are varied, and variations of each
 WINNERS, ERRORS_EACH = 5, 96  # the best of all, and errors of each
@@ -305,10 +312,9 @@ class Player:
         yield self._rate([again[0].idea], self._errors(MORE_ERRORS)) + again[1:]
 
     def _raced(self, rated: list[Rating], errors: Array) -> list[Rating]:
-        """Try the best third of ideas with more errors; return it, the best idea first."""
+        """Try the best third of ideas again, with more errors; return it, the best idea first."""
         kept = rated[: max(1, len(rated) // 3)]
-        more = self._rate([each.idea for each in kept], errors)
-        return _by_value([one.with_more(two) for one, two in zip(kept, more, strict=True)])
+        return _by_value(self._rate([each.idea for each in kept], errors))
 
     def _rate(self, ideas: list[Idea], errors: Array) -> list[Rating]:
         return rate(ideas, errors, self._plies, self._draw)
@@ -343,7 +349,8 @@ def _decision(rated: list[Rating]) -> Decision:
 def _shots_left(scene: Scene, state: State) -> NDArray[np.int64]:
     """Count the shots (1, 2) that the players need in a state, wherever the cue ball is."""
     anywhere = np.zeros((1, 2))
-    return shots_left(scene, [state], np.zeros(1, np.int64), placed(state, anywhere))
+    given = [state], np.zeros(1, np.int64), placed(state, anywhere)
+    return shots_left(*given, extra_shots(scene, *given))
 
 
 def _by_value(rated: list[Rating]) -> list[Rating]:
