@@ -81,6 +81,7 @@ class PlayerRecord(NamedTuple):
     sigma_a: float  # ball radii
     sigma_azimuth: float  # rad
     sigma_speed: float  # m/s
+    sigma_balls: float  # m, of the places of balls
     slowest: float  # m/s, limits of the speed
     fastest: float
     lowest: float  # rad, of the elevation
@@ -272,7 +273,10 @@ def rate_stroke(
     lever = max(run / (2.0 * params.radius * math.cos(cut)), 1e-3)
     bends = side_error(params, player.strikes, elevation, speed, max(run, 1e-6)) * player.sigma_a
     by_side = bends - thrown / lever
-    sigma = math.sqrt(player.sigma_azimuth * player.sigma_azimuth + by_side * by_side)
+    # the places of both balls turn the line between them, as errors of the azimuth do
+    apart = player.sigma_balls / aim.distance
+    square = player.sigma_azimuth * player.sigma_azimuth + by_side * by_side + 2.0 * apart * apart
+    sigma = math.sqrt(square)
     chance = within(half, sigma)
 
     if player.sigma_speed > 0.0:
@@ -333,7 +337,7 @@ def _example(storage: Storage) -> tuple[Any, ...]:
     return (
         *example_tables(storage),
         0,
-        PlayerRecord(strikes, *(1.0,) * 6, raising, storage.zeros(5)),
+        PlayerRecord(strikes, *(1.0,) * 7, raising, storage.zeros(5)),
         storage.records(DirectShot, 1),
     )
 

@@ -262,6 +262,7 @@ def _player(storage: Storage, scene: Scene, noise: Noise, balls: int) -> PlayerR
         a,
         azimuth,
         speed,
+        noise.balls,
         float(robot.speed_min),
         float(robot.speed_max),
         max(lowest, margins.elevation),

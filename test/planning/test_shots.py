@@ -1,5 +1,6 @@
 """Direct shots of many tables: where they aim, what blocks them, and how often they succeed."""
 
+from dataclasses import replace
 import math
 
 from layouts import KINDS, table_with
@@ -20,7 +21,9 @@ from billiard_shot.planning.pockets import ANGLES, HOLE_SPEEDS, openings_of
 from billiard_shot.planning.result import kind_of
 from billiard_shot.planning.shots import open_pockets
 from billiard_shot.planning.targets import Gate, Hit, Pass, Pot, Rest
+from billiard_shot.planning.within_noise import play_within_noise
 from billiard_shot.scene import Noise
+from billiard_shot.scene.player import ModelError
 from billiard_shot.table.run.effects import params_on_table
 from billiard_shot.table.run.results import POCKET_NAMES
 
@@ -171,6 +174,25 @@ def test_stated_chances_are_those_of_exact_strokes():
     error = np.array(stated) - measured
     assert abs(error.mean()) < 0.03
     assert np.abs(error).mean() < 0.06
+
+
+def test_chances_know_the_errors_of_places():
+    """Those of a camera, and those that a fit left in `model_error`."""
+    scene, sigma, count = table_with(cue=(-0.3, 0.1), b8=(0.7, 0.3)), 0.003, 400
+    exact = replace(scene, noise=Noise(0.0, 0.0, 0.0, 0.0, 0.0))
+    found = shots(exact, states_of(scene), noise=replace(exact.noise, balls=sigma))
+    fitted = replace(exact, model_error=ModelError(balls=sigma))
+    assert shots(fitted, states_of(scene)).chance.tolist() == found.chance.tolist()
+    draw, i = np.random.default_rng(8), int(found.chance.argmax())
+    places = np.full((count, 2, 3), R)
+    places[..., :2] = [scene.balls['cue'], scene.balls['8']] + sigma * draw.normal(
+        size=(count, 2, 2)
+    )
+    strokes, tables = found.offsets[[i] * count], TableStates(('cue', '8'), places)
+    played = play_within_noise(exact, strokes, Noise().sigmas(R), tables)
+    kept = (played.pocket[:, 1] == found.pocket[i]).mean()
+    assert 0.3 < found.chance[i] < 0.9
+    assert kept == pytest.approx(found.chance[i], abs=0.08)
 
 
 def test_requests_that_make_no_sense_are_refused():
