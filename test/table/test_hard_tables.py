@@ -18,6 +18,7 @@ from billiard_shot.table.model.motion import (
     room_for_simulation,
     Simulation,
     start_ball,
+    TableOutcome,
 )
 from billiard_shot.table.run import event_loop
 from billiard_shot.table.run.event_loop import next_event
@@ -373,7 +374,7 @@ def simulation():
     s = Simulation(
         room.balls,
         [[math.inf] * BALLS for _ in range(BALLS)],
-        room.progress[0],
+        TableOutcome(),
         room.rebound[0],
         [],
         [],
