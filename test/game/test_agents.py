@@ -465,11 +465,11 @@ def test_no_stroke_of_the_player_is_a_miscue():
 
 @pytest.mark.slow
 def test_the_player_clears_tables():
-    players = [play(Pairing('practice', TABLE, ('player',), 5, balls=3), n) for n in range(6)]
-    assert sum(record.winner == 'player' for record in players) >= 5
+    players = [play(Pairing('practice', TABLE, ('player',), 5, balls=3), n) for n in range(4)]
+    assert all(record.winner == 'player' for record in players)
     result = summary(('player',), players)['players'][0]
     assert result['ends'].get('illegal', 0) == 0
-    assert result['shots'] <= 18
+    assert result['shots'] <= 12
 
 
 def test_a_tournament_is_resumed(tmp_path, capsys):
