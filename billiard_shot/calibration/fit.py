@@ -691,32 +691,14 @@ def fit(
     return found
 
 
-def jackknife(matrices: Floats, gradients: Floats, prior: Floats, away: Floats) -> Floats:
-    """
-    Return the variances (common,) of numbers by leaving each shot out in turn.
-
-    Parameters
-    ----------
-    matrices, gradients : (shots, common, common) and (shots, common) float array
-        Normal equations of the shots.
-    prior : (common, common) float array
-        The inverse of the covariance of the numbers before.
-    away : (common,) float array
-        The numbers beside likely ones.
-
-    """
-    count = len(matrices)
-    without = matrices.sum(axis=0) + prior - matrices
-    pulls = gradients.sum(axis=0) + prior @ away - gradients
-    left = np.linalg.solve(without, pulls[..., np.newaxis])[..., 0]
-    variances: Floats = (count - 1) / count * ((left - left.mean(axis=0)) ** 2).sum(axis=0)
-    return variances
-
-
 def reach_of(found: JointFit) -> Floats:
-    """Return half of the intervals of the common numbers (common,)."""
+    """Return half of the intervals of the common numbers (common,): each shot is left out."""
     problem, shots = found.problem, len(found.shots)
-    variances = jackknife(found.curvatures, found.gradients, problem.precision, found.away)
+    matrices, gradients = found.curvatures, found.gradients
+    without = matrices.sum(axis=0) + problem.precision - matrices
+    pulls = gradients.sum(axis=0) + problem.precision @ found.away - gradients
+    left = np.linalg.solve(without, pulls[..., np.newaxis])[..., 0]
+    variances = (shots - 1) / shots * ((left - left.mean(axis=0)) ** 2).sum(axis=0)
     freedom = np.full(len(variances), shots - 1.0)
     if problem.careful:
         variances = np.maximum(variances, np.diag(found.covariance))

@@ -41,7 +41,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.calibration.recording import CommandedStroke, Floats, Frame, Recording, Samples
+from billiard_shot.calibration.recording import Command, Floats, Frame, Recording, Samples
 from billiard_shot.cue.mechanism import Alignment
 from billiard_shot.cue.mechanism import EXACT as EXACT_MACHINE
 from billiard_shot.cue.plan import stroke_on_table
@@ -189,8 +189,9 @@ class CalibrationModel:
         """Return the stroke (5,) of a shot without errors, if it was commanded."""
         command, stroke = samples.command, samples.shot.stroke
         assert command is not None
-        if stroke is None or not command.measured:
-            return np.array(command.offsets)
+        assert stroke is not None
+        if not command.measured:
+            return np.array(stroke.offsets)
         x, y = self.frame(samples).to_table(samples.rest[0]).tolist()
         return stroke_on_table(self.alignment, stroke, (x, y), self.scene, self.measured)
 
@@ -249,7 +250,7 @@ def states_of(model: CalibrationModel, samples: Samples, launches: Floats) -> Ta
     return TableStates(samples.balls, position, velocity / frame.scale, spin / frame.scale)
 
 
-def sigmas_of(command: CommandedStroke, radius: float) -> Floats:
+def sigmas_of(command: Command, radius: float) -> Floats:
     """Return the deviations (5,) of a commanded stroke (ball radii, rad, m/s)."""
     return np.hypot(command.noise.sigmas(radius), 0.0 if command.measured else LEAST_ERRORS)
 
@@ -264,14 +265,15 @@ def _strike(model: CalibrationModel, samples: Samples, errors: Floats) -> tuple[
         Of the ball [m/s] and [rad/s]; NaN if the stroke cannot be played.
 
     """
-    command, radius = samples.command, model.scene.ball.radius
+    command, stroke, radius = samples.command, samples.shot.stroke, model.scene.ball.radius
     assert command is not None
+    assert stroke is not None
     strikes = strike_model_of(model.scene)
     # Launches that differ in the places of the balls alone have the same strike.
     different, which = np.unique(errors, axis=0, return_inverse=True)
     away = command.noise.means(radius) + different * sigmas_of(command, radius)
     strokes = with_errors(model.stroke(samples), away)
-    if command.axis:
+    if stroke.axis and not command.measured:
         strokes[:, [A, B]] /= 1.0 + strikes.tip_curvature  # where the tip touches
     played = strike_alone(strikes, strokes)
     which = which.ravel()  # of another shape in some versions of NumPy

@@ -46,7 +46,7 @@ from billiard_shot.calibration.player import estimates_of, with_noise
 from billiard_shot.calibration.reader import read_recordings, Recordings
 from billiard_shot.calibration.recording import (
     check_enough,
-    CommandedStroke,
+    Command,
     Floats,
     Samples,
     usable_shots,
@@ -154,10 +154,10 @@ class RobotErrors(NamedTuple):
     variances: Floats
     known: Floats
 
-    def command(self, radius: float) -> CommandedStroke:
+    def command(self, radius: float) -> Command:
         """Return a measured stroke with these errors."""
         noise = Noise(*(units(radius) * np.sqrt(self.variances)).tolist())
-        return CommandedStroke((), False, noise, measured=True)
+        return Command(noise, measured=True)
 
 
 def units(radius: float) -> Floats:

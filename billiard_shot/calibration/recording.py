@@ -128,15 +128,13 @@ class Track:
         return Track(self.time[which], self.place[which], self.sigma[which])
 
 
-class CommandedStroke(NamedTuple):
+class Command(NamedTuple):
     """
-    A stroke as it was commanded, see `Stroke.offsets`, and the errors of its execution.
+    The errors with which a known stroke was executed.
 
-    If it was measured by a machine, the errors are those of the machine alone.
+    If a machine measured the stroke, the errors are those of the machine alone.
     """
 
-    offsets: tuple[float, ...]
-    axis: bool
     noise: Noise
     measured: bool = False
 
@@ -171,11 +169,9 @@ class RecordedShot:
     start: float | None = None
 
     @property
-    def command(self) -> CommandedStroke | None:
-        """What tells the launch, if anything does."""
-        if self.stroke is None or self.noise is None:
-            return None
-        return CommandedStroke(self.stroke.offsets, self.stroke.axis, self.noise)
+    def command(self) -> Command | None:
+        """What tells the launch together with the stroke, if anything does."""
+        return None if self.stroke is None or self.noise is None else Command(self.noise)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -312,8 +308,8 @@ class Samples:
         Of the struck ball, estimated from its first samples [m/s].
     left_out : tuple of str
         Samples that are errors of the tracker.
-    command : CommandedStroke, optional
-        What tells the launch.
+    command : Command, optional
+        What tells the launch together with the stroke of the shot.
 
     """
 
@@ -332,7 +328,7 @@ class Samples:
     rest_sigma: Floats
     velocity: Floats
     left_out: tuple[str, ...] = ()
-    command: CommandedStroke | None = None
+    command: Command | None = None
 
     @property
     def name(self) -> str:
