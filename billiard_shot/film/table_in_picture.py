@@ -40,6 +40,12 @@ LEAST_PART = 0.06
 LEAST_FILLED, LEAST_CLOTH = 0.79, 0.69
 """Parts of a four-sided outline that cloth fills: less hides the table, or is no table."""
 
+ROUGH = 0.01
+"""Details of an outline that are smaller do not count [of its length]."""
+
+NEAR_SIDE = 0.06, 0.02
+"""An outline is that of a side if it is so near to it, in two rounds [length of the side]."""
+
 COLOURS = 3
 """So many frequent colours may be that of the cloth."""
 
@@ -176,11 +182,11 @@ def cloth_corners(picture: Bytes) -> Floats:
         if quad is None or part.sum() < LEAST_PART * mask.size:
             continue
         covered = float(part.sum()) / max(cv2.contourArea(quad.astype(np.float32)), 1.0)
-        sides = np.concatenate([(quad < 2.0).any(axis=0), (quad > last - 2.0).any(axis=0)])
+        reach = np.concatenate([edge.min(axis=(0, 1)) < 2.0, edge.max(axis=(0, 1)) > last - 2.0])
         # A floor reaches beyond more edges of the picture than a table.
-        if covered > LEAST_CLOTH and (-int(sides.sum()), float(part.sum())) > rank:
-            best, filled, beyond = quad, covered, sides
-            outline, rank = edge[:, 0].astype(np.float64), (-int(sides.sum()), float(part.sum()))
+        if covered > LEAST_CLOTH and (-int(reach.sum()), float(part.sum())) > rank:
+            best, filled, beyond = quad, covered, reach
+            outline, rank = edge[:, 0].astype(np.float64), (-int(reach.sum()), float(part.sum()))
     if best is None:
         raise NoTableError('no table is in sight: no even colour fills a rectangle')
     if beyond.any():
@@ -195,31 +201,42 @@ def cloth_corners(picture: Bytes) -> Floats:
 
 
 def _four_sided(hull: NDArray[np.int32]) -> Floats | None:
-    """Return the corners (4, 2) [px] of an outline whose details are left out; None if none."""
-    length = cv2.arcLength(hull, True)
-    for part in np.geomspace(0.005, 0.2, 24):
-        corners = cv2.approxPolyDP(hull, part * length, True)
-        if len(corners) <= 4:
-            return corners[:, 0].astype(np.float64) if len(corners) == 4 else None
-    return None
+    """
+    Return where the four longest sides of an outline cross (4, 2) [px]; None if it has fewer.
+
+    Pockets and people cut the corners off, so that these tell nothing.
+    """
+    corners = cv2.approxPolyDP(hull, ROUGH * cv2.arcLength(hull, True), True)[:, 0]
+    ends = np.roll(corners, -1, axis=0)
+    longest = np.sort(np.argsort(-np.linalg.norm(ends - corners, axis=1))[:4])
+    if len(longest) < 4:
+        return None
+    ones = np.ones((4, 1))
+    return _crossed(np.cross(np.c_[corners[longest], ones], np.c_[ends[longest], ones]))
+
+
+def _crossed(lines: Floats) -> Floats:
+    """Return where each of the lines (4, 3) crosses the next one (4, 2) [px]."""
+    points = np.cross(lines, np.roll(lines, -1, axis=0))
+    pixels: Floats = points[:, :2] / np.where(points[:, 2:], points[:, 2:], 1e-9)
+    return pixels
 
 
 def _crossings(corners: Floats, outline: Floats) -> Floats:
     """Return where lines cross that fit the sides of an outline better than its corners do."""
-    lines = []
-    for begin, end in zip(np.roll(corners, 1, axis=0), corners, strict=True):
-        way = end - begin
-        away = outline - begin
-        along = away @ way / (way @ way)
-        aside = np.abs(away @ np.array([-way[1], way[0]])) / np.linalg.norm(way)
-        near = outline[(along > 0.08) & (along < 0.92) & (aside < 0.02 * np.linalg.norm(way))]
-        if len(near) < 10:
-            return corners
-        dx, dy, x, y = cv2.fitLine(near.astype(np.float32), cv2.DIST_HUBER, 0, 0.01, 0.01).ravel()
-        lines.append(np.cross([x, y, 1.0], [x + dx, y + dy, 1.0]))
-    pairs = zip(lines, np.roll(lines, -1, axis=0), strict=True)
-    crossed = np.array([np.cross(one, other) for one, other in pairs])
-    return crossed[:, :2] / crossed[:, 2:]
+    for reach in NEAR_SIDE:
+        lines = []
+        for begin, end in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+            way, away = end - begin, outline - begin
+            along = away @ way / (way @ way)
+            aside = np.abs(away @ np.array([-way[1], way[0]])) / (way @ way)
+            near = outline[(along > 0.08) & (along < 0.92) & (aside < reach)]
+            if len(near) < 10:
+                return corners
+            line = cv2.fitLine(near.astype(np.float32), cv2.DIST_HUBER, 0, 0.01, 0.01).ravel()
+            lines.append(np.cross([*line[2:], 1.0], [*(line[2:] + line[:2]), 1.0]))
+        corners = np.roll(_crossed(np.array(lines)), 1, axis=0)
+    return corners
 
 
 def _around(corners: Floats) -> Floats:

@@ -7,7 +7,7 @@ import av
 import cv2
 import numpy as np
 import pytest
-from rendered import filmed, Filming, Motion, OBLIQUE, OVERHEAD, Painter, write_film
+from rendered import filmed, Filming, Motion, OBLIQUE, OVERHEAD, Painter, View, write_film
 
 from billiard_shot import Scene
 from billiard_shot.calibration.reader import read_recording
@@ -23,6 +23,8 @@ from billiard_shot.film.table_in_picture import cloth_corners, find_table, NoTab
 READOUT, POTTING = 0.012, 1
 SMALL = replace(OVERHEAD, size=(640, 360), focal=546.5)
 SMALL_OBLIQUE = replace(OBLIQUE, place=(-0.3, -2.7, 2.2), size=(640, 360), focal=575.0)
+
+BEHIND = View((-3.0, 0.05, 2.1), (0.0, 0.0, 0.0), (640, 360), 560.0, up=(1.0, 0.0, 0.0))
 
 
 def errors_of(result, motion, filming):
@@ -124,6 +126,33 @@ def test_a_table_with_pockets_is_found():
     table = find_table(still('pool_table', cloth='green'), Scene.load('pool_table'))
     assert len(table.sights.at) == 18
     np.testing.assert_allclose(table.camera.place[:2], SMALL.place[:2], atol=0.05)
+
+
+def people_at_rails(picture):
+    """Two who stand behind the far rail, and one who leans over the foot rail."""
+    for body, colour in (
+        ([(120, 0), (238, 0), (238, 27), (180, 31), (120, 4)], (60, 50, 48)),
+        ([(426, 0), (510, 0), (508, 8), (480, 16), (427, 13)], (150, 40, 50)),
+        ([(640, 178), (565, 181), (563, 226), (640, 243)], (225, 225, 220)),
+    ):
+        cv2.fillPoly(picture, [np.array(body)], colour, cv2.LINE_AA)
+    return picture
+
+
+@pytest.mark.parametrize(
+    ('view', 'change'),
+    [(BEHIND, lambda picture: picture), (SMALL, people_at_rails)],
+    ids=['from behind', 'people at the rails'],
+)
+def test_a_table_is_found_as_broadcasts_show_it(view, change):
+    """Pockets and people hide corners of the cloth, and the far rail is narrow."""
+    scene = Scene.load('pool_table')
+    table = find_table(change(still('pool_table', view=view, cloth='green')), scene)
+    at = np.stack(np.meshgrid([-1.1, 0.0, 1.1], [-0.5, 0.0, 0.5]), -1).reshape(-1, 2)
+    pixels = view.pixel(np.insert(at, 2, scene.ball.radius, axis=1))
+    seen = table.camera.to_plane(pixels, scene.ball.radius)
+    turned = np.sign(seen[-1, 0])  # which end is the foot is not seen
+    np.testing.assert_allclose(turned * seen, at, atol=5e-3)
 
 
 def test_balls_that_touch_are_two():
