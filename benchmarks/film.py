@@ -14,11 +14,13 @@ import sys
 from tempfile import TemporaryDirectory
 from time import process_time
 
+from calibration import RANGES
 import cv2
 import numpy as np
 from tools.timing import Report
 
-from billiard_shot import Scene
+from billiard_shot import calibrate, Scene
+from billiard_shot.calibration.recording import Track
 from billiard_shot.film.film import read_film
 from billiard_shot.film.page import drawn
 from billiard_shot.film.table_in_picture import NoTableError
@@ -45,6 +47,7 @@ CASES = {
 SCENES = {'robot': 'robot_table', 'break': 'eight_ball'}  # else carom
 SPEEDS = {'break': (5.0, 7.0)}  # m/s
 DRAWN = 'overhead', 'oblique-green', 'aside'
+TEN_SHOTS, TABLE, HORIZON, RULER = 'ten-shots', 1, 3.0, 0.002  # s, m
 PICTURES = {}  # files by cases, if pictures are wanted
 
 
@@ -103,6 +106,48 @@ def measure(report, name, filming, shots, folder):
         cv2.imwrite(str(PICTURES[name]), code, [cv2.IMWRITE_JPEG_QUALITY, 85])
 
 
+def measure_calibration(report, folder):
+    """Calibrate ten filmed shots, and the same shots from exact places with errors of 1 mm."""
+    draw, start = np.random.default_rng(TABLE), Scene.load('carom')
+    truth = {name: float(draw.uniform(*bounds)) for name, bounds in RANGES.items()}
+    there, path = start.with_parameters(list(truth), list(truth.values())), folder / 'ten.mp4'
+    filming = Filming(replace(OVERHEAD, size=(640, 360), focal=546.5), rate=30.0)
+    motion = filmed(path, there, filming, 10, 7, longest=HORIZON + 0.2)
+    ruler = [truth['table.length'] + RULER, truth['table.width'] - RULER]
+    stated = start.with_parameters(['table.length', 'table.width'], ruler)
+    result = read_film(path, stated, readout=filming.readout)
+    exact = []
+    for shot, seen in zip(result.shots, result.recording.shots, strict=True):
+        tracks = {}
+        for ball, track in seen.tracks.items():
+            at = motion.at(ball, track.time + shot.strike + 0.5 * filming.exposure)[:, :2]
+            places = at + draw.normal(0.0, 1e-3, at.shape)
+            tracks[ball] = Track(track.time, places, np.full(len(at), 1e-3))
+        exact.append(replace(seen, tracks=tracks))
+    recordings = result.recording, replace(result.recording, shots=tuple(exact))
+    found, reference = (
+        calibrate(each, replace(stated, balls={}), list(truth), horizon=HORIZON, held_out=0.0)
+        for each in recordings
+    )
+    report.row('ten shots: shots', len(result.shots), '', -10)
+    held, ratios = [], []
+    known = {each.name: each.interval for each in reference.estimates if each.interval}
+    for each in found.estimates:
+        if each.interval and each.name in truth:
+            low, high = each.interval
+            held.append(low <= truth[each.name] <= high)
+            print(f'    {each.name}: {truth[each.name]:.5g} in {low:.5g} to {high:.5g}', end='')
+            if each.name in known:
+                ratios.append((high - low) / np.ptp(known[each.name]))
+                print(f', {ratios[-1]:.2f} times as wide', end='')
+            print()
+    for name, each in ('film', found), ('exact places', reference):
+        print(f'    {name}: {each.state}')
+    report.row('ten shots: intervals', len(held), '')
+    report.row('ten shots: intervals that hold', np.mean(held), '', -0.95)
+    report.row('ten shots: width relative to exact places, median', np.median(ratios), '', 1.5)
+
+
 def main():
     """Measure the cases."""
     parser = argparse.ArgumentParser(description=__doc__.split('\n')[1])
@@ -110,7 +155,7 @@ def main():
         'cases',
         nargs='*',
         metavar='CASE',
-        help=f'{", ".join(CASES)} (default: {", ".join(DRAWN)})',
+        help=f'{", ".join(CASES)}, {TEN_SHOTS} (default: {", ".join(DRAWN)})',
     )
     parser.add_argument('--shots', type=int, default=1)
     parser.add_argument('--write', action='store_true', help='draw the pictures of docs/film.md')
@@ -121,6 +166,9 @@ def main():
     report = Report('films of simulated shots')
     with TemporaryDirectory() as folder:
         for name in options.cases or DRAWN:
+            if name == TEN_SHOTS:
+                measure_calibration(report, Path(folder))
+                continue
             measure(report, name, CASES[name], options.shots, Path(folder))
     report.end()
 
