@@ -19,7 +19,7 @@ Pixels = NDArray[np.float32]
 DEGREE = 4
 """Of the polynomials."""
 
-DARKEST, BRIGHTEST = 0.35, 1.12
+DARKEST, BRIGHTEST = 0.5, 1.12
 """Of cloth, as parts of its usual brightness."""
 
 ROUNDS, MOST_OFF = 4, 3.0
@@ -104,12 +104,9 @@ def fit_cloth(picture: Bytes, camera: Camera, height: float) -> Cloth:
         factors = np.linalg.lstsq(terms[kept], seen[kept], rcond=None)[0]
         off = np.linalg.norm(seen - terms @ factors, axis=-1)
         kept = inner & (off < MOST_OFF * max(1.5 * float(np.median(off[inner])), 2.0))
-    across = np.linspace(-0.5, 0.5, 65), np.linspace(-0.5, 0.5, 37)
+    across = ((np.arange(n) + 0.5) / n - 0.5 for n in (64, 36))
     field = (_terms(*np.meshgrid(*across)) @ factors).astype(np.float32)
-    maps = np.meshgrid(
-        np.linspace(0, 64, wide, dtype=np.float32), np.linspace(0, 36, high, dtype=np.float32)
-    )
-    colour = cv2.remap(field, *maps, cv2.INTER_LINEAR)
+    colour = cv2.resize(field, (wide, high), interpolation=cv2.INTER_CUBIC)
     colour = np.clip(colour, 1.0, 255.0)
     rest = apart(picture.astype(np.float32), colour)[bed > 0]
     return Cloth(colour, bed, max(float(np.median(rest)) * 1.5, 1.0))

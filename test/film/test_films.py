@@ -7,7 +7,7 @@ import av
 import cv2
 import numpy as np
 import pytest
-from rendered import filmed, Filming, Motion, OBLIQUE, OVERHEAD, Painter, View, write_film
+from rendered import filmed, Filming, Motion, OBLIQUE, OVERHEAD, Painter, Placed, View, write_film
 
 from billiard_shot import Scene
 from billiard_shot.calibration.reader import read_recording
@@ -17,6 +17,7 @@ from billiard_shot.cli.output import DONE, FAILED, WRONG_INPUT
 from billiard_shot.film.balls import BallFinder
 from billiard_shot.film.cloth import fit_cloth
 from billiard_shot.film.film import read_film, UPSIDE_DOWN
+from billiard_shot.film.live import LiveTable
 from billiard_shot.film.reading import Film, FilmError, Steady
 from billiard_shot.film.table_in_picture import cloth_corners, find_table, NoTableError
 
@@ -292,13 +293,26 @@ def test_hdr_is_refused(tmp_path):
         Film(path).samples()
 
 
-def test_a_ball_like_the_cloth_is_said_to_be_missing(tmp_path):
-    path = tmp_path / 'green.mp4'
-    filming = Filming(view=SMALL, rate=30.0, cloth='blue', colours={'yellow': '#245a99'})
-    filmed(path, 'carom', filming, shots=1, longest=0.3)
-    result = read_film(path, Scene.load('carom'), readout=filming.readout)
-    assert "ball 'yellow' was not found" in result.notes
-    assert set(result.balls) == {'cue', 'red'}
+def test_a_green_ball_on_green_cloth_is_said_to_be_missing(tmp_path):
+    path, scene = tmp_path / 'green.mp4', Scene.load('pool_table')
+    scene = replace(scene, balls={'cue': (0.5, 0.1), '3': (-0.2, 0.1), '6': (0.1, -0.3)})
+    filming = Filming(view=SMALL, rate=30.0, cloth='green')
+    filmed(path, scene, filming, shots=1, longest=0.3)
+    result = read_film(path, scene, readout=filming.readout)
+    assert "ball '6' was not found" in result.notes
+    assert set(result.balls) == {'cue', '3'}
+
+
+def test_a_black_ball_in_a_dark_corner_is_found():
+    lamps = ((0.75, 0.25, 1.0),)
+    scene = replace(Scene.load('pool_table'), balls={'8': (-1.15, -0.5), '3': (0.1, 0.3)})
+    filming = Filming(view=SMALL, hand=False, cloth='green', lamps=lamps)
+    picture = Painter(scene, Placed(scene.balls, scene.ball.radius), filming)
+    picture.motion.put(scene.balls)
+    live = LiveTable([picture.at(0.0)], scene, ['8', '3'])
+    balls = {ball.name: ball.place for ball in live.balls(picture.at(0.0), 0.1)}
+    assert balls.keys() == {'8', '3'}
+    assert np.linalg.norm(balls['8'] - scene.balls['8']) < scene.ball.radius
 
 
 def test_a_hand_that_shakes_is_taken_out(tmp_path):
