@@ -64,7 +64,7 @@ CORE = 0.6
 """Within this part of the radius lies the colour of a ball."""
 
 
-SIGHT = np.dtype([
+SEEN = np.dtype([
     ('time', float),  # s
     ('place', float, 2),  # m
     ('sigma', float),  # standard deviation of x and y, the larger one, m
@@ -74,7 +74,7 @@ SIGHT = np.dtype([
 ])  # fmt: skip
 """A ball in a picture."""
 
-Sights: TypeAlias = NDArray[np.void]
+Seen: TypeAlias = NDArray[np.void]
 """Balls of a picture in no order, or a ball in successive pictures."""
 
 NOWHERE = np.empty((0, 2))
@@ -114,7 +114,7 @@ class BallFinder:
     def _lifted(self, places: Floats) -> Floats:
         return np.column_stack([places, np.full(len(places), self.radius)])
 
-    def find(self, picture: Bytes, expected: Floats = NOWHERE) -> Sights:
+    def find(self, picture: Bytes, expected: Floats = NOWHERE) -> Seen:
         """
         Find the balls of a picture, without times.
 
@@ -144,7 +144,7 @@ class BallFinder:
                 places, sigma = places[kept], sigma[kept]
                 if (moves[good][kept] < SETTLED * self.radius).all():
                     break
-        seen = np.zeros(len(places), SIGHT)
+        seen = np.zeros(len(places), SEEN)
         if len(places):
             seen['place'], seen['sigma'] = places, sigma
             seen['pixel'] = self.camera.project(self._lifted(places))

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.calibration.recording import RecordedShot, Recording, Track
-from billiard_shot.film.balls import BallFinder, Sights
+from billiard_shot.film.balls import BallFinder, Seen
 from billiard_shot.film.cloth import fit_cloth
 from billiard_shot.film.kinds import described, named
 from billiard_shot.film.lens import Bytes, Floats
@@ -77,7 +77,7 @@ class FilmResult:
     recording : Recording
         In the frame of the table; times count from the strikes.
     table : FoundTable
-    balls : mapping of str to Sights
+    balls : mapping of str to Seen
         Whole tracks, with the times of the film.
     shots : tuple of Shot
     pictures : list of (float, picture)
@@ -89,7 +89,7 @@ class FilmResult:
 
     recording: Recording
     table: FoundTable
-    balls: Mapping[str, Sights]
+    balls: Mapping[str, Seen]
     shots: tuple[Shot, ...]
     pictures: list[tuple[float, Bytes]]
     notes: list[str]
@@ -182,7 +182,7 @@ def _median(pictures: list[Bytes]) -> Bytes:
     return np.median(pictures, axis=0).astype(np.uint8)
 
 
-def _scatter(sights: Sights) -> float:
+def _scatter(sights: Seen) -> float:
     """Return how far places are from the middle of their neighbours [m], as a median."""
     bends = np.diff(sights['place'], n=2, axis=0)
     return 0.5 * float(np.median(np.linalg.norm(bends, axis=1)))
@@ -200,13 +200,13 @@ def exchanged(tracker: Tracker) -> list[str]:
     ]
 
 
-def find_shots(balls: Mapping[str, Sights], times: Floats) -> tuple[list[Shot], list[str]]:
+def find_shots(balls: Mapping[str, Seen], times: Floats) -> tuple[list[Shot], list[str]]:
     """
     Cut tracks into shots by rests.
 
     Parameters
     ----------
-    balls : mapping of str to Sights
+    balls : mapping of str to Seen
     times : (n,) float array
         Of the pictures [s].
 
@@ -250,7 +250,7 @@ def find_shots(balls: Mapping[str, Sights], times: Floats) -> tuple[list[Shot], 
     return shots, notes
 
 
-def _moving(sights: Sights, times: Floats) -> NDArray[np.bool_]:
+def _moving(sights: Seen, times: Floats) -> NDArray[np.bool_]:
     """Return at which times a ball moves."""
     known, sigma = sights['time'], sights['sigma']
     before = np.clip(np.searchsorted(known, times - 0.5 * WINDOW), 0, len(known) - 1)
@@ -262,7 +262,7 @@ def _moving(sights: Sights, times: Floats) -> NDArray[np.bool_]:
     return moves
 
 
-def _moves_hidden(rows: Sights, end: float, begin: float) -> bool:
+def _moves_hidden(rows: Seen, end: float, begin: float) -> bool:
     """Return whether a ball is hidden between two motions, and elsewhere after it."""
     k = int(np.searchsorted(rows['time'], 0.5 * (end + begin)))  # 0 if end is -inf
     if not 0 < k < len(rows):
@@ -272,13 +272,13 @@ def _moves_hidden(rows: Sights, end: float, begin: float) -> bool:
     return bool(away > MOVED and REST < after['time'] - before['time'] < HIDDEN)
 
 
-def _way(rows: Sights, begin: float, end: float) -> float:
+def _way(rows: Seen, begin: float, end: float) -> float:
     """Return how far a ball comes from where it was [m]."""
     within = rows[(rows['time'] > begin - WINDOW) & (rows['time'] < end + WINDOW)]['place']
     return float(np.linalg.norm(within - within[:1], axis=1).max(initial=0.0))
 
 
-def _strike(rows: Sights, begin: float) -> float:
+def _strike(rows: Seen, begin: float) -> float:
     """Return when a ball began to move [s], from its rest and from its first way."""
     rest = rows[(rows['time'] > begin - 2.0 * WINDOW) & (rows['time'] < begin - 0.1 * WINDOW)]
     rest = rest if len(rest) > 2 else rows[rows['time'] <= begin][-3:]
@@ -308,7 +308,7 @@ def _strike(rows: Sights, begin: float) -> float:
 
 
 def _recorded(
-    name: str, shot: Shot, balls: Mapping[str, Sights], times: Floats, notes: list[str]
+    name: str, shot: Shot, balls: Mapping[str, Seen], times: Floats, notes: list[str]
 ) -> RecordedShot:
     """Return the tracks of a shot, and note which balls have gaps."""
     tracks = {}

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from billiard_shot.film.balls import Sights
+from billiard_shot.film.balls import Seen
 from billiard_shot.film.lens import Floats
 from billiard_shot.film.tracks import Path
 from billiard_shot.pictures.canvas import ball_colour, is_striped
@@ -81,7 +81,7 @@ def likely_names(paths: Sequence[Path], names: Sequence[str]) -> list[tuple[int,
     return [(i, names[k], float(likeness[i, k])) for i, k in zip(rows, columns, strict=True)]
 
 
-def named(paths: Sequence[Path], names: Sequence[str]) -> tuple[dict[str, Sights], list[str]]:
+def named(paths: Sequence[Path], names: Sequence[str]) -> tuple[dict[str, Seen], list[str]]:
     """
     Give tracks the names of balls.
 
@@ -98,7 +98,7 @@ def named(paths: Sequence[Path], names: Sequence[str]) -> tuple[dict[str, Sights
 
     Returns
     -------
-    balls : dict of str to Sights
+    balls : dict of str to Seen
     notes : list of str
         Tracks that are no ball of the scene, and times that do not count, and why.
 
@@ -115,7 +115,7 @@ def named(paths: Sequence[Path], names: Sequence[str]) -> tuple[dict[str, Sights
     apart = _apart(colours, shares, names)
     apart[first:] = np.inf
     rows, columns = linear_sum_assignment(apart[:first])
-    parts: dict[str, list[Sights]] = {}
+    parts: dict[str, list[Seen]] = {}
     for i, k in zip(rows, columns, strict=True):
         if apart[i, k] < 2.0 * MOST_APART:
             order[i].name, parts[names[k]] = names[k], [sights[i]]
@@ -137,14 +137,14 @@ def described(path: Path, why: str) -> str:
     return f'a spot from {begin:.2f} s on, seen {len(path.seen)} times, is no ball: {why}'
 
 
-def _follow(one: Sights, other: Sights) -> bool:
+def _follow(one: Seen, other: Seen) -> bool:
     """Return whether one track follows the other, with a short time in common."""
     times, others = one['time'], other['time']
     both = min(times[-1], others[-1]) - max(times[0], others[0])
     return bool(both < MOST_COMMON * min(np.ptp(times), np.ptp(others)))
 
 
-def _joined(name: str, parts: list[Sights], notes: list[str]) -> Sights:
+def _joined(name: str, parts: list[Seen], notes: list[str]) -> Seen:
     """Join the tracks of a ball; note the times that do not count."""
     parts = sorted(parts, key=lambda each: float(each['time'][0]))
     joined = parts[0]

@@ -46,8 +46,8 @@ CORNER, FOCALS = 3.0, (0.4, 2.5, 32)
 SIGNS = np.array([[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]])
 """Of x and y at the corners of the table, counter-clockwise as seen from above."""
 
-STEPS = 8
-"""Of Newton's method for directions; each gives some two digits."""
+STEPS = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 50, 1e-9)
+"""Of the iteration for directions: their number, and the change at its end [px]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -85,6 +85,12 @@ class Camera:
         return 0.5 * (np.array(self.size) - 1.0)
 
     @property
+    def matrix(self) -> Floats:
+        """Maps directions to pixels, without the radial terms."""
+        u, v = self.middle
+        return np.array([[self.focal, 0.0, u], [0.0, self.focal, v], [0.0, 0.0, 1.0]])
+
+    @property
     def turned(self) -> 'Camera':
         """The same camera in the frame that is turned by half a turn."""
         back = np.array([-1.0, -1.0, 1.0])
@@ -100,15 +106,10 @@ class Camera:
 
     def to_plane(self, pixels: Floats, height: float) -> Floats:
         """Return the places (..., 2) [m] that pixels (..., 2) see at a height [m]."""
-        bent = (pixels - self.middle) / self.focal
-        far = np.linalg.norm(bent, axis=-1, keepdims=True)
-        r = far.copy()
-        k1, k2 = self.radial
-        for _ in range(STEPS):
-            slope = np.maximum(1.0 + 3.0 * k1 * r**2 + 5.0 * k2 * r**4, 0.1)
-            r -= (r * (1.0 + k1 * r**2 + k2 * r**4) - far) / slope
-        flat = bent * (r / np.maximum(far, 1e-12))
-        ray = np.concatenate([flat, np.ones_like(far)], axis=-1) @ self.rotation
+        flat = np.ascontiguousarray(pixels, np.float64).reshape(-1, 1, 2)
+        terms = np.array([*self.radial, 0.0, 0.0])
+        ahead = cv2.undistortPoints(flat, self.matrix, terms, criteria=STEPS).reshape(pixels.shape)
+        ray = np.insert(ahead, 2, 1.0, axis=-1) @ self.rotation
         down = (height - self.place[2]) / ray[..., 2:]
         places: Floats = self.place[:2] + down * ray[..., :2]
         return places
@@ -206,20 +207,20 @@ def camera_of_corners(corners: Floats, half: Floats, height: float, size: Sequen
         Width and height of the picture [px].
 
     """
-    places, middle = np.insert(SIGNS * half, 2, height, axis=1), 0.5 * (np.array(size) - 1.0)
+    places, nowhere = np.insert(SIGNS * half, 2, height, axis=1), np.zeros(3)
     best, least = None, np.inf
     for turn in range(2):
         seen = np.ascontiguousarray(np.roll(corners, turn, axis=0), np.float64)
         for focal in np.geomspace(*FOCALS):
-            f = focal * max(size)
-            matrix = np.array([[f, 0.0, middle[0]], [0.0, f, middle[1]], [0.0, 0.0, 1.0]])
-            _, turned, away = cv2.solvePnP(places, seen, matrix, np.zeros(4))
+            camera = Camera(
+                focal * max(size), np.zeros(2), np.eye(3), nowhere, (size[0], size[1]), half
+            )
+            _, turned, away = cv2.solvePnP(places, seen, camera.matrix, np.zeros(4))
             rotation = cv2.Rodrigues(turned)[0]
-            place = -rotation.T @ away.ravel()
-            camera = Camera(f, np.zeros(2), rotation, place, (size[0], size[1]), half)
+            camera = replace(camera, rotation=rotation, place=-rotation.T @ away.ravel())
             unusual = math.log(focal / USUAL_FOCAL) / FOCAL_SPREAD
             off = float(((camera.project(places) - seen) ** 2).sum()) / CORNER**2 + unusual**2
-            if place[2] > height and off < least:
+            if camera.place[2] > height and off < least:
                 best, least = camera, off
     if best is None:
         raise ValueError('the corners make no rectangle that a camera above it sees')

@@ -3,6 +3,7 @@
 from base64 import b64encode
 from collections.abc import Iterator, Sequence
 from html import escape
+from importlib.resources import files
 from pathlib import Path
 
 import cv2
@@ -11,6 +12,7 @@ import numpy as np
 from billiard_shot.film.drawing import outlined
 from billiard_shot.film.film import FilmResult, Shot
 from billiard_shot.film.lens import Bytes
+from billiard_shot.pictures.calibration import page_of
 from billiard_shot.pictures.view import write_text
 
 WIDEST, QUALITY = 1280, 80
@@ -21,35 +23,6 @@ MOST_SHOTS = 30
 
 GAP = 0.1
 """Between sights that are farther apart, a track is not drawn [s]."""
-
-STYLE = """
-body { margin: 0 auto; max-width: 1100px; padding: 20px 16px 60px; color: #1d2327;
-  font: 15px/1.5 system-ui, "DejaVu Sans", sans-serif; }
-h1 { font-size: 24px; } h2 { font-size: 18px; margin: 34px 0 8px; }
-figure { margin: 0 0 20px; position: relative; } figcaption { color: #5b666e; }
-img { display: block; width: 100%; } #corners { cursor: crosshair; }
-figure i { position: absolute; width: 6px; height: 6px; margin: -3px; background: #d55e00; }
-.warning { border-left: 4px solid #d55e00; padding: 4px 12px; }
-code { overflow-wrap: anywhere; }
-"""
-
-SCRIPT = """
-const picture = document.getElementById('corners'), text = document.getElementById('option');
-let clicks = [];
-picture.addEventListener('click', ({offsetX, offsetY}) => {
-  if (clicks.length === 4) {
-    clicks = [];
-    document.querySelectorAll('figure i').forEach(each => each.remove());
-  }
-  const pixel = at => (at * picture.dataset.width / picture.clientWidth - 0.5).toFixed(1);
-  clicks.push(`${pixel(offsetX)},${pixel(offsetY)}`);
-  const dot = document.createElement('i');
-  dot.style.cssText = `left: ${offsetX}px; top: ${offsetY}px`;
-  picture.after(dot);
-  text.textContent = clicks.length < 4 ? `${4 - clicks.length} more` :
-    `--corners ${clicks.join(' ')}`;
-});
-"""
 
 
 def write_page(result: FilmResult, radius: float, height: float, path: Path) -> None:
@@ -93,12 +66,8 @@ def drawn(result: FilmResult, shot: Shot, radius: float, height: float) -> tuple
 
 
 def _page(parts: Sequence[str]) -> str:
-    return '\n'.join([
-        '<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>Film</title>',
-        '<meta name="viewport" content="width=device-width, initial-scale=1">',
-        f'<style>{STYLE}</style></head><body>', *parts,
-        f'<script>{SCRIPT}</script></body></html>',
-    ])  # fmt: skip
+    own = (files('billiard_shot.pictures') / 'page' / 'film.html').read_text(encoding='utf-8')
+    return page_of([*parts, own])
 
 
 def _notes(result: FilmResult) -> Iterator[str]:

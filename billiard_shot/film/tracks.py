@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from billiard_shot.film.balls import SIGHT, Sights
+from billiard_shot.film.balls import SEEN, Seen
 from billiard_shot.film.lens import Floats
 
 FASTEST = 7.0
@@ -50,7 +50,7 @@ class Path:
 
     Attributes
     ----------
-    seen : list of Sight
+    seen : list of records SEEN
         In the order of their times.
     colour : (3,) float array
         Mean of the last sights [of 255].
@@ -70,9 +70,9 @@ class Path:
     name: str = ''
 
     @property
-    def sights(self) -> Sights:
+    def sights(self) -> Seen:
         """All of them as an array."""
-        return np.array(self.seen, SIGHT)
+        return np.array(self.seen, SEEN)
 
     def add(self, sight: Any) -> None:
         """Add a sight."""
@@ -129,7 +129,7 @@ class Tracker:
             or time - path.seen[-1]['time'] < ALIVE * len(path.seen) / LEAST_SEEN
         ]  # fmt: skip
 
-    def add(self, seen: Sights, time: float) -> None:
+    def add(self, seen: Seen, time: float) -> None:
         """Add the balls of a picture of a time [s], each of which has its own time."""
         paths = self._alive(time)
         costs = self._costs(paths, seen, time)
@@ -149,7 +149,7 @@ class Tracker:
         for path in self.paths:
             path.seen = [sight for sight in path.seen if sight['time'] >= before]
 
-    def _costs(self, paths: list[Path], seen: Sights, time: float) -> Floats:
+    def _costs(self, paths: list[Path], seen: Seen, time: float) -> Floats:
         """Return the costs (paths, balls) of matches; infinite ones cannot be."""
         if not paths or not len(seen):
             return np.empty((len(paths), len(seen)))
@@ -171,7 +171,7 @@ class Tracker:
     def _doubt(
         self,
         paths: list[Path],
-        seen: Sights,
+        seen: Seen,
         time: float,
         costs: Floats,
         matched: list[tuple[int, int]],

@@ -1,6 +1,6 @@
 """The report of a calibration: one page that needs nothing else, for a person with a table."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from html import escape
 from importlib.resources import files
 from itertools import pairwise
@@ -34,9 +34,14 @@ def write_report(calibration: Calibration, path: Path) -> None:
 
 def report_page(calibration: Calibration) -> str:
     """Make the page."""
+    return page_of(_content(calibration))
+
+
+def page_of(content: Iterable[str]) -> str:
+    """Make a page of lines of HTML, in the style of the report."""
     template = files('billiard_shot.pictures') / 'page' / 'calibration.html'
-    content = '\n'.join(_content(calibration))
-    return template.read_text(encoding='utf-8').replace('<!-- CONTENT -->', content, 1)
+    text = template.read_text(encoding='utf-8')
+    return text.replace('<!-- CONTENT -->', '\n'.join(content), 1)
 
 
 def _content(result: Calibration) -> Iterator[str]:

@@ -11,7 +11,7 @@ import pytest
 from rendered import Filming, OVERHEAD, Painter, Placed
 
 from billiard_shot import Scene
-from billiard_shot.film.balls import SIGHT
+from billiard_shot.film.balls import SEEN
 from billiard_shot.film.film import exchanged, find_shots
 from billiard_shot.film.kinds import named
 from billiard_shot.film.lens import (
@@ -40,7 +40,7 @@ def seen(places, colours, draw):
     )
     place = np.array(places, float).reshape(-1, 2)[order]
     place += draw.normal(0.0, 2e-4, place.shape)
-    sights = np.zeros(len(place), SIGHT)
+    sights = np.zeros(len(place), SEEN)
     sights['place'], sights['sigma'], sights['pixel'] = place, 2e-4, 500 * place
     sights['colour'] = colour
     sights['white'] = [1.0 if min(colours[k]) > 200 else 0.1 for k in order]
@@ -92,7 +92,7 @@ def test_balls_that_cannot_be_told_apart_are_doubted():
 
 def sights_of(way, colour, times):
     """A ball in successive pictures."""
-    sights = np.zeros(len(times), SIGHT)
+    sights = np.zeros(len(times), SEEN)
     sights['time'], sights['place'] = times, [way(time) for time in times]
     sights['sigma'], sights['colour'] = 2e-4, colour
     sights['white'] = 1.0 if min(colour) > 200 else 0.1
