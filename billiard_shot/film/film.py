@@ -7,21 +7,21 @@ pictures: the struck ball slows down evenly at first, so its way is a parabola t
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path as FilePath
 
 import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.calibration.recording import RecordedShot, Recording, Track
-from billiard_shot.film.balls import BallFinder, Seen
-from billiard_shot.film.cloth import fit_cloth
+from billiard_shot.film.balls import Seen
 from billiard_shot.film.kinds import described, named
 from billiard_shot.film.lens import Bytes, Floats
+from billiard_shot.film.live import LiveTable
 from billiard_shot.film.reading import Film, FilmError, LARGEST_MOVE, Steady, STILL
-from billiard_shot.film.table_in_picture import find_table, FoundTable
+from billiard_shot.film.table_in_picture import FoundTable
 from billiard_shot.film.tracks import LEAST_SEEN, Tracker
 from billiard_shot.scene import Scene
-from billiard_shot.table.run.outline import outline_of
 
 WINDOW = 0.12
 """Time within which motion shows [s]."""
@@ -125,34 +125,27 @@ def read_film(
     """
     film = Film(path, readout)
     samples = film.samples()
-    height = outline_of(scene).height
-    middle = _median([picture for _, picture in samples])
-    table = find_table(middle, scene, corners)
-    cloth = fit_cloth(middle, table.camera, height)
-    steady = Steady(samples[0][1], cloth.bed)
+    live = LiveTable([picture for _, picture in samples], scene, (), corners)
+    steady = Steady(samples[0][1], live.cloth.bed)
     move = steady.largest([picture for _, picture in samples])
-    if move > LARGEST_MOVE * table.camera.size[0]:
+    if move > LARGEST_MOVE * live.camera.size[0]:
         raise FilmError(f'{path}: the camera moves too much ({move:.0f} px): fix it')
     notes = []
     if move > STILL:
         notes.append(f'the camera moves by up to {move:.1f} px: taken out with marks of the rails')
         held = [steady.held(picture) for _, picture in samples]
-        middle = _median([picture for picture in held if picture is not None])
-        table = find_table(middle, scene, corners)
-        cloth = fit_cloth(middle, table.camera, height)
-    notes += table.notes
-    if table.camera.rotation[1, 2] > UPSIDE_DOWN:
+        live = LiveTable([picture for picture in held if picture is not None], scene, (), corners)
+    size, tracker = live.camera.size, live.tracker
+    notes += live.table.notes
+    if live.camera.rotation[1, 2] > UPSIDE_DOWN:
         notes.append('the film is upside down, and is read as it is')
-    finder = BallFinder(table.camera, cloth, scene.ball.radius)
-    tracker, times, lost = Tracker(scene.ball.radius), [], 0
+    times, lost = [], 0
     for number, (time, turns, taken) in enumerate(film.pictures()):
         picture = steady.held(taken) if move > STILL else taken
-        if picture is None or picture.shape[1::-1] != table.camera.size:
+        if picture is None or picture.shape[1::-1] != size:
             lost += 1
             continue
-        seen = finder.find(picture, tracker.expected(time))
-        seen['time'] = time + film.row_time(seen['pixel'], turns, table.camera.size)
-        tracker.add(seen, time)
+        live.see(picture, time, partial(film.row_time, turns=turns, size=size))
         times.append(time)
         progress(number + 1)
     if lost:
@@ -175,11 +168,7 @@ def read_film(
         _recorded(str(k + 1), shot, balls, seen_at, about) for k, shot in enumerate(shots)
     )
     recording = Recording(str(path), recorded, ignored=tuple(about))
-    return FilmResult(recording, table, balls, tuple(shots), samples, notes + about)
-
-
-def _median(pictures: list[Bytes]) -> Bytes:
-    return np.median(pictures, axis=0).astype(np.uint8)
+    return FilmResult(recording, live.table, balls, tuple(shots), samples, notes + about)
 
 
 def _scatter(sights: Seen) -> float:

@@ -6,8 +6,9 @@ balls, near their expected places and where it differs from the cloth; the colou
 seconds tell their names.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -66,6 +67,12 @@ class LiveTable:
     turned : bool
         Whether the x axis of the table points to the left in the picture.
 
+    Attributes
+    ----------
+    table : FoundTable
+    cloth : Cloth
+    tracker : Tracker
+
     Raises
     ------
     ValueError
@@ -86,24 +93,29 @@ class LiveTable:
         if turned:
             self.table = replace(self.table, camera=self.table.camera.turned)
         self._height, self._radius = outline_of(scene).height, scene.ball.radius
-        self._names = names
-        cloth = fit_cloth(middle, self.table.camera, self._height)
-        self._finder = BallFinder(self.table.camera, cloth, self._radius)
-        self._tracker, self._steady = Tracker(self._radius), Steady(middle, cloth.bed)
+        self._names, self.tracker = names, Tracker(self._radius)
+        self.cloth = fit_cloth(middle, self.table.camera, self._height)
+        self._finder = BallFinder(self.table.camera, self.cloth, self._radius)
+        self._steady = Steady(middle, self.cloth.bed)
 
     @property
     def camera(self) -> Camera:
         """The camera, in the frame of the table."""
         return self.table.camera
 
+    def see(
+        self, picture: Bytes, time: float, delays: Callable[[Floats], Any] = lambda pixels: 0.0
+    ) -> None:
+        """Track the balls of a picture of a time [s]; pixels (n, 2) are so much later (n,) [s]."""
+        seen = self._finder.find(picture, self.tracker.expected(time))
+        seen['time'] = time + delays(seen['pixel'])
+        self.tracker.add(seen, time)
+
     def balls(self, picture: Bytes, time: float) -> list[FoundBall]:
         """Find the balls of a picture that was taken at a time [s], later than those before."""
-        tracker = self._tracker
-        seen = self._finder.find(picture, tracker.expected(time))
-        seen['time'] = time
-        tracker.add(seen, time)
-        tracker.forget(time - MEMORY)
-        paths = [path for path in tracker.paths if path.seen[-1]['time'] == time]
+        self.see(picture, time)
+        self.tracker.forget(time - MEMORY)
+        paths = [path for path in self.tracker.paths if path.seen[-1]['time'] == time]
         found = []
         for i, name, likeness in likely_names(paths, self._names):
             last = paths[i].seen[-1]

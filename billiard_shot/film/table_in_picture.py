@@ -46,6 +46,9 @@ ROUGH = 0.01
 NEAR_SIDE = 0.06, 0.02
 """An outline is that of a side if it is so near to it, in two rounds [length of the side]."""
 
+BRIDGE = 0.08
+"""What covers a narrower strip of the cloth does not part it [smaller side of the picture]."""
+
 COLOURS = 3
 """So many frequent colours may be that of the cloth."""
 
@@ -169,9 +172,11 @@ def cloth_corners(picture: Bytes) -> Floats:
     scale = max(1.0, max(picture.shape) / 640.0)
     small = cv2.resize(picture, None, fx=1 / scale, fy=1 / scale, interpolation=cv2.INTER_AREA)
     last = np.array([small.shape[1], small.shape[0]]) - 1.0
+    bridge = round(BRIDGE * min(small.shape[:2]))
     best, outline, filled, rank = None, np.empty((0, 2)), 0.0, (-5, 0.0)
     for mask in _even_colours(cv2.GaussianBlur(small, (0, 0), 1.0).astype(np.float32)):
-        count, labels, stats, _ = cv2.connectedComponentsWithStats(mask)
+        whole = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, np.ones(2 * (bridge,), np.uint8))
+        count, labels, stats, _ = cv2.connectedComponentsWithStats(whole)
         if count < 2:
             continue
         largest = 1 + int(stats[1:, cv2.CC_STAT_AREA].argmax())
@@ -181,7 +186,7 @@ def cloth_corners(picture: Bytes) -> Floats:
         quad = _four_sided(cv2.convexHull(edge))
         if quad is None or part.sum() < LEAST_PART * mask.size:
             continue
-        covered = float(part.sum()) / max(cv2.contourArea(quad.astype(np.float32)), 1.0)
+        covered = float((part & mask).sum()) / max(cv2.contourArea(quad.astype(np.float32)), 1.0)
         reach = np.concatenate([edge.min(axis=(0, 1)) < 2.0, edge.max(axis=(0, 1)) > last - 2.0])
         # A floor reaches beyond more edges of the picture than a table.
         if covered > LEAST_CLOTH and (-int(reach.sum()), float(part.sum())) > rank:
