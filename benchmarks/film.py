@@ -126,7 +126,9 @@ def measure_calibration(report, folder):
         exact.append(replace(seen, tracks=tracks))
     recordings = result.recording, replace(result.recording, shots=tuple(exact))
     found, reference = (
-        calibrate(each, replace(stated, balls={}), list(truth), horizon=HORIZON, held_out=0.0)
+        calibrate(
+            each, replace(stated, balls={}), names=list(truth), horizon=HORIZON, held_out=0.0
+        )
         for each in recordings
     )
     report.row('ten shots: shots', len(result.shots), '', -10)

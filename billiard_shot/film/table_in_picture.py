@@ -175,7 +175,9 @@ def cloth_corners(picture: Bytes) -> Floats:
     bridge = round(BRIDGE * min(small.shape[:2]))
     best, outline, filled, rank = None, np.empty((0, 2)), 0.0, (-5, 0.0)
     for mask in _even_colours(cv2.GaussianBlur(small, (0, 0), 1.0).astype(np.float32)):
-        whole = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, np.ones(2 * (bridge,), np.uint8))
+        wide = np.pad(mask, bridge)  # else the edges of the picture are bridged, too
+        wide = cv2.morphologyEx(wide, cv2.MORPH_CLOSE, np.ones((bridge, bridge), np.uint8))
+        whole = wide[bridge:-bridge, bridge:-bridge].copy()
         count, labels, stats, _ = cv2.connectedComponentsWithStats(whole)
         if count < 2:
             continue
