@@ -47,7 +47,7 @@ from billiard_shot.scene.errors import (
     refused,
     unknown,
 )
-from billiard_shot.scene.fields import check, read
+from billiard_shot.scene.fields import CheckedRecord, read
 from billiard_shot.scene.files import read_document
 from billiard_shot.scene.player import A, AZIMUTH, B, IN_DEGREES
 from billiard_shot.shot.stroke import Stroke, stroke_from
@@ -367,7 +367,7 @@ def _field(convert: Any, default: Any) -> Any:
 
 
 @dataclass(frozen=True, slots=True)
-class _Frame:
+class _Frame(CheckedRecord):
     """As `Frame`, but in degrees, which people type."""
 
     x: float = fields.number('m', default=0.0)
@@ -376,12 +376,9 @@ class _Frame:
     scale: float = fields.number('', above=0.0, default=1.0)
     rate: float = fields.number('', above=0.0, default=1.0)
 
-    def __post_init__(self) -> None:
-        check(self)
-
 
 @dataclass(frozen=True, slots=True)
-class Description:
+class Description(CheckedRecord):
     """
     The description of a recording: the content of a YAML file of its name, beside it.
 
@@ -412,9 +409,6 @@ class Description:
     frame: _Frame = fields.section(_Frame, optional=True)
     strokes: Mapping[str, Stroke] = _field(_strokes, {})
     noise: Noise | None = fields.section(Noise, nullable=True)
-
-    def __post_init__(self) -> None:
-        check(self)
 
 
 def read_recording(path: str | Path) -> Recording:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from billiard_shot.records import Array
 from billiard_shot.scene.errors import InputError, Mistake
-from billiard_shot.scene.fields import check, number, read, section
+from billiard_shot.scene.fields import CheckedRecord, number, read, section
 from billiard_shot.scene.files import read_document
 from billiard_shot.scene.player import Robot
 from billiard_shot.shot.stroke import axes
@@ -77,7 +77,7 @@ BOUNDS = {
 
 
 @dataclass(frozen=True, slots=True)
-class Alignment:
+class Alignment(CheckedRecord):
     """
     Differences between the mechanism and its encoders; without any, both agree.
 
@@ -109,9 +109,6 @@ class Alignment:
     speed_bias: float = number('m/s', minimum=-1.0, maximum=1.0, default=0.0)
     elevation_scale: float = number('', minimum=0.5, maximum=2.0, default=1.0)
     elevation_bias_deg: float = number('degrees', minimum=-45, maximum=45, default=0.0)
-
-    def __post_init__(self) -> None:
-        check(self)
 
     def on_table(
         self, position: Array, azimuth: float, elevation: float
@@ -185,7 +182,7 @@ EXACT = Alignment()
 
 
 @dataclass(frozen=True, slots=True)
-class Incline:
+class Incline(CheckedRecord):
     """
     The triangle of the incline.
 
@@ -201,9 +198,6 @@ class Incline:
     base: float = number('m', above=0, default=0.5)
     arm: float = number('m', above=0, default=0.3)
     level_angle: float = number('rad', above=0, maximum=math.pi, default=1.0)
-
-    def __post_init__(self) -> None:
-        check(self)
 
     def length(self, elevation: float) -> float:
         """
@@ -247,16 +241,13 @@ class Incline:
 
 
 @dataclass(frozen=True, slots=True)
-class MovingPart:
+class MovingPart(CheckedRecord):
     """One moving part, as a box of uniform density."""
 
     mass: float = number('kg', above=0)
     length: float = number('m', above=0)  # along the axis x of the part's frame
     width: float = number('m', above=0)  # along y
     height: float = number('m', above=0)  # along z
-
-    def __post_init__(self) -> None:
-        check(self)
 
     @property
     def size(self) -> NDArray[np.float64]:
@@ -279,7 +270,7 @@ def section_of(kind: Any, *numbers: float) -> Any:
 
 
 @dataclass(frozen=True, slots=True)
-class Parts:
+class Parts(CheckedRecord):
     """
     The moving parts, each named after the joint that moves it.
 
@@ -308,9 +299,6 @@ class Parts:
     incline: MovingPart = section_of(MovingPart, 6.0, 0.5, 0.1, 0.1)
     stroke: MovingPart = section_of(MovingPart, 0.5018, 1.0, 0.02, 0.02)
 
-    def __post_init__(self) -> None:
-        check(self)
-
 
 JOINTS = ('base_x', 'base_y', 'base_z', 'azimuth', 'incline', 'stroke')
 """
@@ -330,7 +318,7 @@ def _range_of_an_axis(axis: Any) -> Iterator[Mistake]:
 
 
 @dataclass(frozen=True, slots=True)
-class Axis:
+class Axis(CheckedRecord):
     """
     Limits of one joint; the unit u is m, or rad for `azimuth`.
 
@@ -349,9 +337,6 @@ class Axis:
     speed: float = number('u/s', above=0)
     acceleration: float = number('u/s^2', above=0)
     jerk: float = number('u/s^3', above=0)
-
-    def __post_init__(self) -> None:
-        check(self)
 
 
 def _stroke_from_zero(mechanism: Any) -> Iterator[Mistake]:
@@ -400,7 +385,7 @@ def _travels_above_the_balls(mechanism: Any) -> Iterator[Mistake]:
 
 
 @dataclass(frozen=True)
-class Mechanism:
+class Mechanism(CheckedRecord):
     """
     A steel cue on linear bearings in a box, on an incline that a carriage moves over the table.
 
@@ -459,9 +444,6 @@ class Mechanism:
     travel_height: float = number('m', above=0, default=0.1)
     parts: Parts = section(Parts, optional=True)
     alignment: Alignment = section(Alignment, optional=True)
-
-    def __post_init__(self) -> None:
-        check(self)
 
     @classmethod
     def load(cls, path: str | Path) -> Mechanism:

@@ -15,14 +15,14 @@ import numpy as np
 from billiard_shot.cue.joint_trajectory import JointTrajectory
 from billiard_shot.cue.mechanism import INCLINE, JOINTS, Mechanism, STROKE
 from billiard_shot.records import Array
-from billiard_shot.scene.fields import boolean, check, number
+from billiard_shot.scene.fields import boolean, CheckedRecord, number
 
 SUBSTEP = 1e-3  # s
 MAX_REST_SPEED = 1e-6  # m/s or rad/s: slower joints are at rest
 
 
 @dataclass(frozen=True, slots=True)
-class Imperfections:
+class Imperfections(CheckedRecord):
     """
     Imperfections of the simulated mechanism; by default only the bandwidth is limited.
 
@@ -46,12 +46,9 @@ class Imperfections:
     noise: float = number('', minimum=0, maximum=1.0, default=0.0)
     encoder_step: float = number('', minimum=0, maximum=0.1, default=0.0)
 
-    def __post_init__(self) -> None:
-        check(self)
-
 
 @dataclass(frozen=True, slots=True)
-class Faults:
+class Faults(CheckedRecord):
     """
     Simulated faults.
 
@@ -75,9 +72,6 @@ class Faults:
     late_brake: float = number('s', minimum=0, maximum=10.0, default=0.0)
     command_loss_rate: float = number('', minimum=0, maximum=1.0, default=0.0)
     no_ball: bool = boolean(default=False)
-
-    def __post_init__(self) -> None:
-        check(self)
 
 
 class SimulatedMechanism:

@@ -29,7 +29,7 @@ from billiard_shot.scene.errors import (
 from billiard_shot.scene.fields import (
     as_float,
     boolean,
-    check,
+    CheckedRecord,
     choice,
     name,
     number,
@@ -107,7 +107,7 @@ def _of_file(path: Path, attribute: str, what: str) -> Any:
 
 
 @dataclass(frozen=True, slots=True)
-class Call:
+class Call(CheckedRecord):
     """
     The call of a player before a shot.
 
@@ -128,9 +128,6 @@ class Call:
     pocket: str = choice(*POCKET_NAMES, '', default='')
     safety: bool = boolean(default=False)
     push_out: bool = boolean(default=False)
-
-    def __post_init__(self) -> None:
-        check(self)
 
     @property
     def passes(self) -> bool:
@@ -398,7 +395,7 @@ def added(pair: tuple[T, T], player: int, amount: T) -> tuple[T, T]:
 
 
 @dataclass(frozen=True, slots=True)
-class State:
+class State(CheckedRecord):
     """
     A game before a shot.
 
@@ -470,9 +467,6 @@ class State:
     breaker: int = _field('0 or 1', _player, 0)
     shots: int = whole_number(minimum=0, default=0)
     seed: int = whole_number(minimum=0, default=0)
-
-    def __post_init__(self) -> None:
-        check(self)
 
     @property
     def other(self) -> int:

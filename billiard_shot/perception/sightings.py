@@ -14,7 +14,7 @@ import numpy as np
 
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene
-from billiard_shot.scene.fields import check, number
+from billiard_shot.scene.fields import CheckedRecord, number
 from billiard_shot.scene.placement import no_place, nose_standoff, Place
 
 SURE_SIGMAS = 4.0
@@ -300,7 +300,7 @@ PRECISION = 1.5e-3
 
 
 @dataclass(frozen=True, slots=True)
-class TableSettings:
+class TableSettings(CheckedRecord):
     """
     Time-outs and tolerances of the table state.
 
@@ -328,9 +328,6 @@ class TableSettings:
     hidden_width: float = number('m', minimum=0.0, maximum=5.0, default=0.1)
     stamp_tolerance: float = number('s', minimum=0.0, maximum=1.0, default=0.1)
     table_tolerance: float = number('m', minimum=0.0, maximum=0.02, default=0.001)
-
-    def __post_init__(self) -> None:
-        check(self)
 
 
 class TableWatch:

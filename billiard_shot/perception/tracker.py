@@ -32,7 +32,7 @@ from scipy.optimize import linear_sum_assignment
 from billiard_shot.perception.gate import MAX_BALLS, MAX_DEVIATION
 from billiard_shot.perception.sightings import Sighting
 from billiard_shot.records import Array
-from billiard_shot.scene.fields import check, number, whole_number
+from billiard_shot.scene.fields import CheckedRecord, number, whole_number
 from billiard_shot.scene.placement import Place
 
 CHANGE = 36.0
@@ -101,7 +101,7 @@ class Detection:
 
 
 @dataclass(frozen=True, slots=True)
-class TrackerSettings:
+class TrackerSettings(CheckedRecord):
     """
     Settings of a tracker.
 
@@ -124,9 +124,6 @@ class TrackerSettings:
     settled: int = whole_number(minimum=2, maximum=5, default=5)
     lost_after: float = number('s', minimum=0.05, maximum=10.0, default=0.5)
     systematic_error: float = number('m', minimum=0.0, maximum=MAX_DEVIATION, default=0.0005)
-
-    def __post_init__(self) -> None:
-        check(self)
 
 
 @dataclass(slots=True, eq=False)

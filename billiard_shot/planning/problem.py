@@ -16,7 +16,7 @@ from billiard_shot.numerics.vectors import wrapped
 from billiard_shot.records import Array, ROWS
 from billiard_shot.scene import Noise, Robot, Scene
 from billiard_shot.scene.errors import found_in, InputError, Mistake, must_be_one_of, unknown
-from billiard_shot.scene.fields import check, check_type, one_or_many, read
+from billiard_shot.scene.fields import check_type, CheckedRecord, one_or_many, read
 from billiard_shot.scene.placement import CUE_BALL, Place
 from billiard_shot.scene.player import A, AZIMUTH, B, ELEVATION, SPEED
 from billiard_shot.shot.effects import StrikeModel, tip_reach
@@ -169,7 +169,7 @@ def check_clearance(scene: Scene, limits: Limits) -> None:
 Flags: TypeAlias = NDArray[np.bool_]
 
 
-class Target(ABC):
+class Target(ABC, CheckedRecord):
     """
     What a plan has to achieve: a frozen dataclass below this class, see targets.py.
 
@@ -193,9 +193,6 @@ class Target(ABC):
     must_rest: ClassVar[bool] = False
     least_speed: ClassVar[float] = 0.0
     kind: ClassVar[str] = ''
-
-    def __post_init__(self) -> None:
-        check(self)
 
     def mistakes(self, scene: Scene) -> Iterator[Mistake]:
         """Yield what does not fit a scene."""

@@ -8,7 +8,7 @@ import math
 from typing import Any, ClassVar
 
 from billiard_shot.scene.errors import Mistake
-from billiard_shot.scene.fields import boolean, check, choice, number, section
+from billiard_shot.scene.fields import boolean, CheckedRecord, choice, number, section
 
 # Restitution, friction and fading of the cushion models: Mathavan, Jackson and Parkin (Proc.
 # IMechE C 224, 2010), measured for snooker cushions up to 2.5 m/s, with a fading that fits their
@@ -25,7 +25,7 @@ CUSHIONS = {
 
 
 @dataclass(frozen=True, slots=True)
-class BallBall:
+class BallBall(CheckedRecord):
     """
     The contact between two balls.
 
@@ -65,12 +65,9 @@ class BallBall:
     duration: float = number('s', minimum=0, maximum=0.01, default=0.25e-3)
     gap: float = number('m', minimum=0, maximum=1e-3, default=1e-7)
 
-    def __post_init__(self) -> None:
-        check(self)
-
 
 @dataclass(frozen=True, slots=True)
-class Cushion:
+class Cushion(CheckedRecord):
     """
     The cushions of a table.
 
@@ -130,11 +127,8 @@ class Cushion:
         '', minimum=0, maximum=3, derived=lambda cushion: CUSHIONS[cushion.model][3]
     )
 
-    def __post_init__(self) -> None:
-        check(self)
 
-
-class Pocket:
+class Pocket(CheckedRecord):
     """
     Parameters of corner and side pockets.
 
@@ -161,9 +155,6 @@ class Pocket:
     jaw_radius: float
     shelf: float
     radius: float
-
-    def __post_init__(self) -> None:
-        check(self)
 
 
 @dataclass(frozen=True, slots=True)
@@ -237,7 +228,7 @@ def hasty_cushion(scene: Any) -> Iterator[Mistake]:
 
 
 @dataclass(frozen=True, slots=True)
-class Table:
+class Table(CheckedRecord):
     """
     A table with cushions and, unless it is a carom table, six pockets.
 
@@ -259,9 +250,6 @@ class Table:
     cushion: Cushion = section(Cushion, optional=True)
     corner: CornerPocket = section(CornerPocket, optional=True)
     side: SidePocket = section(SidePocket, optional=True)
-
-    def __post_init__(self) -> None:
-        check(self)
 
 
 def _rounding(pocket: Pocket) -> float:
@@ -294,7 +282,7 @@ def _inertia_of_a_ball(ball: Any) -> Iterator[Mistake]:
 
 
 @dataclass(frozen=True, slots=True)
-class Ball:
+class Ball(CheckedRecord):
     """
     A ball.
 
@@ -317,9 +305,6 @@ class Ball:
         'kg m^2', above=0, derived=lambda ball: 0.4 * ball.mass * ball.radius**2
     )
 
-    def __post_init__(self) -> None:
-        check(self)
-
 
 def _end_of_a_cue(cue: Any) -> Iterator[Mistake]:
     if cue.guided and cue.end_mass != math.inf:
@@ -335,7 +320,7 @@ def _end_of_a_cue(cue: Any) -> Iterator[Mistake]:
 
 
 @dataclass(frozen=True, slots=True)
-class Cue:
+class Cue(CheckedRecord):
     """
     A cue that moves along its axis.
 
@@ -387,9 +372,6 @@ class Cue:
     tip_curvature_radius: float = number('m', minimum=0, maximum=1, default=0.0)
     follow_through: float = number('m', above=0, maximum=20, default=FOLLOW_THROUGH)
 
-    def __post_init__(self) -> None:
-        check(self)
-
 
 def _stiffness_or_duration(contact: Any) -> Iterator[Mistake]:
     stiffness, duration = contact.stiffness, contact.duration
@@ -402,7 +384,7 @@ def _stiffness_or_duration(contact: Any) -> Iterator[Mistake]:
 
 
 @dataclass(frozen=True, slots=True)
-class ContactParameters:
+class ContactParameters(CheckedRecord):
     """
     Parameters of the contact of tip and ball, or of ball and cloth.
 
@@ -434,9 +416,6 @@ class ContactParameters:
     duration: float | None = number('s', above=0, maximum=0.02, nullable=True)
     exponent: float = number('', minimum=1, maximum=10, derived=lambda _: 1.0)
 
-    def __post_init__(self) -> None:
-        check(self)
-
 
 def _stated_alike(contacts: Any) -> Iterator[Mistake]:
     """
@@ -456,16 +435,13 @@ def _stated_alike(contacts: Any) -> Iterator[Mistake]:
 
 
 @dataclass(frozen=True, slots=True)
-class Contacts:
+class Contacts(CheckedRecord):
     """The contacts: tip and ball, ball and table (its cloth), ball and ball."""
 
     RULES: ClassVar = (_stated_alike,)
     cue_ball: ContactParameters = section(ContactParameters)
     ball_table: ContactParameters = section(ContactParameters)
     ball_ball: BallBall = section(BallBall, optional=True)
-
-    def __post_init__(self) -> None:
-        check(self)
 
 
 def _rise_from_nothing(cloth: Any) -> Iterator[Mistake]:
@@ -477,7 +453,7 @@ def _rise_from_nothing(cloth: Any) -> Iterator[Mistake]:
 
 
 @dataclass(frozen=True, slots=True)
-class Cloth:
+class Cloth(CheckedRecord):
     """
     The cloth, which slows a ball down between impacts.
 
@@ -507,6 +483,3 @@ class Cloth:
     rolling_rise: float = number('s/m', minimum=0, maximum=1, default=0.0)
     spin_deceleration: float = number('rad/s^2', minimum=0, default=10.0)
     gravity: float = number('m/s^2', above=0, maximum=100, default=STANDARD_GRAVITY)
-
-    def __post_init__(self) -> None:
-        check(self)

@@ -365,6 +365,15 @@ def check(instance: Any, **given: Any) -> None:
         object.__setattr__(instance, name, known[name])
 
 
+class CheckedRecord:
+    """A dataclass whose fields are checked when it is made; see `check`."""
+
+    __slots__ = ()
+
+    def __post_init__(self) -> None:
+        check(self)
+
+
 def read(kind: type[S], data: object) -> S:
     """
     Read a dataclass of such fields from a mapping.

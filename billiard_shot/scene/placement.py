@@ -10,7 +10,7 @@ from typing import Any
 
 from billiard_shot.numerics import rounding
 from billiard_shot.scene.errors import Mistake, must_be
-from billiard_shot.scene.fields import check, choice, number, whole_number
+from billiard_shot.scene.fields import CheckedRecord, choice, number, whole_number
 
 CUE_BALL = 'cue'
 UNPLACED = "; ball 'cue' has no position, so it lies at [0, 0]"
@@ -160,7 +160,7 @@ BAULK_LINE, D_RADIUS, BLACK_SPOT = 0.737, 0.292, 0.324
 
 
 @dataclass(frozen=True, slots=True)
-class Rack:
+class Rack(CheckedRecord):
     """
     The balls at the start of a game, without the cue ball.
 
@@ -183,9 +183,6 @@ class Rack:
     game: str = choice('nine_ball', 'eight_ball', 'ten_ball', 'snooker')
     gap: float = number('m', minimum=0, maximum=0.01, default=5e-5)
     seed: int = whole_number(minimum=0, default=0)
-
-    def __post_init__(self) -> None:
-        check(self)
 
 
 def racked(rack: Any, table: Any, radius: float) -> dict[str, Place]:

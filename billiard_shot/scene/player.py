@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from billiard_shot.numerics.vectors import wrapped
 from billiard_shot.scene.errors import Mistake
-from billiard_shot.scene.fields import as_floats, check, number, positive, section, whole
+from billiard_shot.scene.fields import as_floats, CheckedRecord, number, positive, section, whole
 
 A, B, ELEVATION, AZIMUTH, SPEED = range(5)  # columns of strokes
 OFFSETS = 'a', 'b', 'elevation', 'azimuth', 'speed'  # names of these columns
@@ -66,7 +66,7 @@ def _limits_in_order(robot: Any) -> Iterator[Mistake]:
 
 
 @dataclass(frozen=True, slots=True)
-class Robot:
+class Robot(CheckedRecord):
     """
     Limits of the strokes of a player.
 
@@ -94,12 +94,9 @@ class Robot:
     azimuth_half_range_deg: float = number('degrees', minimum=0, maximum=180, default=180.0)
     offset_max: float = number('ball radii', above=0, maximum=0.99, default=0.5)
 
-    def __post_init__(self) -> None:
-        check(self)
-
 
 @dataclass(frozen=True, slots=True)
-class Bias:
+class Bias(CheckedRecord):
     """
     Mean errors of a player: what its strokes have more than it was told to play.
 
@@ -120,12 +117,9 @@ class Bias:
     azimuth_deg: float = number('degrees', minimum=-90, maximum=90, default=0.0)
     speed: float = number('m/s', default=0.0)
 
-    def __post_init__(self) -> None:
-        check(self)
-
 
 @dataclass(frozen=True, slots=True)
-class Noise:
+class Noise(CheckedRecord):
     """
     Execution noise of a player: standard deviations of independent errors, and their means.
 
@@ -156,9 +150,6 @@ class Noise:
     speed: float = number('m/s', minimum=0, default=0.075)
     balls: float = number('m', minimum=0, maximum=0.1, default=0.0)
     bias: Bias = section(Bias, optional=True)
-
-    def __post_init__(self) -> None:
-        check(self)
 
     def perturb(
         self, stroke: S, rng: np.random.Generator, ball_radius: float = POOL_BALL_RADIUS
@@ -276,7 +267,7 @@ class Noise:
 
 
 @dataclass(frozen=True, slots=True)
-class ModelError:
+class ModelError(CheckedRecord):
     """
     How far a scene that was fitted errs, as standard deviations of equivalent errors.
 
@@ -296,9 +287,6 @@ class ModelError:
     azimuth_deg: float = number('degrees', minimum=0, maximum=90, default=0.0)
     speed: float = number('m/s', minimum=0, default=0.0)
     balls: float = number('m', minimum=0, maximum=0.1, default=0.0)
-
-    def __post_init__(self) -> None:
-        check(self)
 
 
 LEVELS = {400: 3.6, 500: 2.2, 600: 1.5, 700: 1.05, 800: 0.72}

@@ -18,6 +18,7 @@ from billiard_shot.scene.errors import InputError, Mistake, refused, TWICE, unkn
 from billiard_shot.scene.fields import (
     as_floats,
     check,
+    CheckedRecord,
     choice,
     DerivedNumber,
     fill_in,
@@ -236,7 +237,7 @@ _SETTINGS = 'auto', 'on', 'off'
 
 
 @dataclass(frozen=True, slots=True)
-class Effects:
+class Effects(CheckedRecord):
     """
     The setting of each effect: `auto` (simulated if the shot calls for it), `on` or `off`.
 
@@ -298,9 +299,6 @@ class Effects:
     throw: str = choice(*_SETTINGS, default='auto')
     cluster: str = choice(*_SETTINGS, default='auto')
     double_hit: str = choice(*_SETTINGS, default='auto')
-
-    def __post_init__(self) -> None:
-        check(self)
 
 
 def _end_of_a_guided_cue(scene: Any) -> Iterator[Mistake]:
