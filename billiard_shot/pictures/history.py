@@ -4,8 +4,6 @@ Quantities over time: speed, spin and energy of a shot; forces and impulses of i
 Collisions and strikes are seen close up, with forces, impulses and energies.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import cycle, pairwise

@@ -1,7 +1,5 @@
 """A plan on its table with noisy executions; and a map of the success of pots."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

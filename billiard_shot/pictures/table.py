@@ -6,8 +6,6 @@ axes, for pictures with more on them; `draw_shot` is all of them in one file. `w
 a GIF or an MP4 of a shot, in real time.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator, Mapping
 import math
 from pathlib import Path
@@ -174,7 +172,7 @@ def draw_balls(
     return artists
 
 
-def draw_trails(axes: Any, trails: Trails, *, alpha: float = 1.0) -> None:
+def draw_trails(axes: Any, trails: Trails) -> None:
     """Draw the paths of balls, events on the way, and ghost balls: a colour for each ball."""
     from matplotlib.patches import Circle
 
@@ -193,7 +191,6 @@ def draw_trails(axes: Any, trails: Trails, *, alpha: float = 1.0) -> None:
                 linestyle=DASHES[piece.motion],
                 color=colour,
                 linewidth=0.6 if pale else 1.5,
-                alpha=alpha,
                 zorder=2.5 if pale else 3,
                 solid_capstyle='butt',
             )
@@ -212,7 +209,6 @@ def draw_trails(axes: Any, trails: Trails, *, alpha: float = 1.0) -> None:
                 markeredgecolor='white',
                 markeredgewidth=0.5,
                 linestyle='',
-                alpha=alpha,
                 zorder=3.8,
             )
             axes.plot([], [], marker, color=GREY, markersize=4.5, linestyle='', label=label)

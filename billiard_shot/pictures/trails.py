@@ -1,7 +1,5 @@
 """Paths of balls, and the motion of the cue, in the form that pictures take."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 import math

@@ -393,15 +393,13 @@ class RobotClient(Node):
         name: str,
         action: 'ActionClient[Any, Any, Any]',
         goal: Any,
-        hear: Callable[[Any], None] | None = None,
-        patience: float = CANCEL_TIME,
     ) -> Iterator[Callable[[], Any]]:
         """
-        Send a goal of an action; `hear` takes its feedback.
+        Send a goal of an action.
 
         The block gets a function that returns the status and the result of the goal; None until
         the goal has ended; NotReadyError if the node of the action has ended. If the goal has not
-        ended at the end of the block, it is cancelled, and may take `patience` [s] to end.
+        ended at the end of the block, it is cancelled, and may take `CANCEL_TIME` to end.
         """
         servers: set[bytes] = set()
 
@@ -416,7 +414,7 @@ class RobotClient(Node):
                 raise NotReadyError(f'action {name}: its node has ended, and with it the goal')
             return None
 
-        sent, ended = action.send_goal_async(goal, hear), None
+        sent, ended = action.send_goal_async(goal), None
         try:
             if not self.until(sent.done, ANSWER_TIMEOUT):
                 raise NotReadyError(f'no answer from action {name} within {ANSWER_TIMEOUT:g} s')
@@ -435,7 +433,7 @@ class RobotClient(Node):
                     ended = handle.get_result_async() if handle.accepted else None
                 if ended is not None and not ended.done():
                     handle.cancel_goal_async()
-                    self.until(answer, patience)
+                    self.until(answer, CANCEL_TIME)
 
     def _is_aimed(self, goal: ExecuteShot.Goal) -> bool:
         aimed = SafetyState.AIMED, goal.plan.shot_id

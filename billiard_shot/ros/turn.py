@@ -138,9 +138,9 @@ class GameTable:
         self._forget: Client[Any, Any] = client.create_client(Trigger, 'table_tracker/reset')
         self._forgot = -math.inf  # time of the last such call [s]
 
-    def places_at_rest(self, strike: Time | None = None) -> Places:
+    def places_at_rest(self) -> Places:
         """Wait until all balls rest, see `RobotClient.wait_for_rest`; return their places [m]."""
-        return positions_of(self.client.wait_for_rest(strike), self.scene)
+        return positions_of(self.client.wait_for_rest(), self.scene)
 
     def after_shot(self, strike: Time) -> tuple[Places, list[str]]:
         """Wait until all balls that are seen rest; return their places [m], and the others."""
