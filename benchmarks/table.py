@@ -125,7 +125,7 @@ def compare_ends(report, answer):
                 f'    shot {number}: {1e3 * gap:.3g} mm apart; {shot["events"]}, '
                 f'here {[str(e.kind) for e in run.events]}'
             )
-    report.row('random shots: median distance of the ends', 1e3 * float(np.median(gaps)), 'mm')
+    report.row(' random shots: median distance of the ends', 1e3 * float(np.median(gaps)), 'mm')
     near = sum(gap <= FAR for gap in gaps)
     report.row('random shots that end within 1 mm', near, f'of {len(gaps)}', -len(gaps))
 
@@ -155,8 +155,8 @@ def main():
     cue = {'cue': BallState((0.0, 0.0, where.ball.radius), (1.0, 0.3, 0.0), (0.0, 0.0, 20.0))}
     beyond = seconds(simulate, where, cue) - per_shot(where, cue)
     added = beyond / cross
-    report.row('simulate() adds to the table itself', added, 'cross products', OVERHEAD / CROSS)
-    report.row('first break in a new process, empty cache', first_break(), 's')
+    report.row(' simulate() adds to the table itself', added, 'cross products', OVERHEAD / CROSS)
+    report.row(' first break in a new process, empty cache', first_break(), 's')
     if python is None:
         report.note('The comparison with pooltool was not measured: give --pooltool PYTHON')
         report.end()
