@@ -74,7 +74,7 @@ def tell(scene: Scene, ball: str, seed: int = 1) -> Story:
         runner = Runner(problem, NORMAL_BUDGET, threads)
         stages = tuple(_stages(problem, runner, draws))
         ended = best_of([stage.refined[-1] for stage in stages if stage.refined])
-        finalists = run_race(problem, runner, ended, draws, effort=1.0)
+        finalists, _ = run_race(problem, runner, ended, draws, effort=1.0)
     return Story(scene, stages, tuple(finalists))
 
 

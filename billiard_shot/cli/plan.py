@@ -307,7 +307,7 @@ def _print_ranking(result: PlanResult, options: argparse.Namespace) -> None:
             if each.warning:
                 print(textwrap.fill(f'{rank}, warning: {each.warning}', output.WIDTH))
         if len(result.ranking) > 1:
-            print('order: strokes that may be as good as the best one by speed, then the others')
+            print('order: the slowest of the best strokes, then the others by their least success')
         print(_work(result))
 
 

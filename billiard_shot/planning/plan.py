@@ -150,7 +150,6 @@ def places_all_over(table: Any, place: str) -> Array:
 
 
 NARROW = 0.1  # width of the interval of a best stroke that may be called converged
-AS_GOOD = 0.02  # of success: strokes that have less than the best by more are not as good
 USUAL_SECONDS = 1.0  # s: time of a search for which somebody waits
 PLACES_TRIED = 4  # of a cue ball in hand, for breaks and if it has to come to rest at a place
 
@@ -243,8 +242,8 @@ def plan(
         seconds = positive('seconds', seconds, 's')
     begin = perf_counter()
 
-    def search_at(scene: Scene, parts: int) -> PlanResult:
-        """Search for strokes at the cue ball where the scene has it, in a part of the budget."""
+    def search_at(scene: Scene, parts: int) -> tuple[float, PlanResult]:
+        """Search at the cue ball of a scene, in a part of the budget; also return the value."""
         problem = checked_problem(scene, wanted, limits, spread)
         threads = ThreadPoolExecutor(os.cpu_count() or 1)
         try:
@@ -261,10 +260,10 @@ def plan(
         finally:
             # after a cancellation, do not wait for running tasks
             threads.shutdown(wait=False, cancel_futures=True)
-        return _result(problem, runner, found, begin)
+        return found.value, _result(problem, runner, found, begin)
 
     if place is None:
-        return search_at(scene, 1)
+        return search_at(scene, 1)[1]
     count = 1 if isinstance(wanted, Pot) and wanted.leave is None else PLACES_TRIED
     places = places_in_hand(scene, wanted, limits, spread, place, count)
     if not places:
@@ -273,10 +272,11 @@ def plan(
     results = []
     for there in places:
         placed = replace(scene, balls={**scene.balls, CUE_BALL: there})
-        results.append(replace(search_at(placed, len(places)), place=there))
+        value_there, result = search_at(placed, len(places))
+        results.append((value_there, replace(result, place=there)))
     return replace(
-        max(results, key=lambda result: result.best.surely if result.best else -1.0),
-        simulations=sum(each.simulations for each in results),
+        max(results, key=lambda found: found[0] if found[1].best else -1.0)[1],
+        simulations=sum(each.simulations for _, each in results),
         wall_time=perf_counter() - begin,
     )
 
@@ -284,8 +284,6 @@ def plan(
 def _result(problem: Problem, runner: Runner, found: Found, begin: float) -> PlanResult:
     """Make the result of a search, which began at a time [s]."""
     ranking = tuple(each for each in found.finalists if each.value > 0.0)
-    if runner.value is None:
-        ranking = _gentlest_first(ranking)
     if ranking and ranking[0].width > NARROW:
         found = found._replace(converged=False)
     status, message = _outcome(ranking, found, runner, problem.target)
@@ -301,16 +299,6 @@ def _result(problem: Problem, runner: Runner, found: Found, begin: float) -> Pla
         problem.noise,
         converged=found.converged,
     )
-
-
-def _gentlest_first(ranking: tuple[RankedStroke, ...]) -> tuple[RankedStroke, ...]:
-    """Put the strokes that may be as good as the first one in the order of their speeds."""
-    best = ranking[0].success if ranking else 0.0
-    as_good = [
-        each for each in ranking if each.interval[1] >= best and each.success >= best - AS_GOOD
-    ]
-    others = [each for each in ranking if each not in as_good]
-    return (*sorted(as_good, key=lambda each: each.stroke.speed), *others)
 
 
 def checked_problem(scene: Scene, wanted: Target, limits: Limits, spread: Noise) -> Problem:

@@ -272,10 +272,9 @@ class PlanResult(Shown, Tabular):
     message : str
         The same in one line.
     ranking : tuple of RankedStroke
-        A race under common errors has a winner, in which held-out trials have no part. First come
-        the strokes whose interval contains its success or lies above it, the slowest first; then
-        the others by the lower end of their interval. If `plan` has a `value`, the winner is
-        first.
+        The first one wins a race under common errors: it is the slowest of the strokes that have
+        at most 1 point less than the best; if `plan` has a `value`, the best. Held-out trials
+        have no part in that. The others follow by the lower end of their intervals.
     simulations : int
         Number of simulated strokes.
     wall_time : float

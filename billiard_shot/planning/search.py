@@ -14,7 +14,7 @@ from billiard_shot.planning.problem import draw_places, for_each, Problem, raise
 from billiard_shot.planning.result import RankedStroke
 from billiard_shot.planning.runner import Outcomes, Runner, StoppedError
 from billiard_shot.planning.stages import next_stage, Stage, untried
-from billiard_shot.planning.statistics import wilson_interval
+from billiard_shot.planning.statistics import wilson_interval, Z95
 from billiard_shot.records import Array
 from billiard_shot.scene.player import AZIMUTH, ELEVATION, SPEED
 from billiard_shot.shot.stroke import Stroke
@@ -149,10 +149,14 @@ def _iteration(
 NORMAL_BUDGET = 60_000  # simulations to which the numbers below apply
 MIN_EFFORT = 0.3  # share of these numbers for a small budget or a short time
 RACERS, FINAL_STROKES = 6, 4  # strokes that race; strokes that get held-out trials
-RACE_TRIALS = (200, 600)  # of each stroke that still races, in the rounds of a race
-SURE_SUCCESS = 0.98  # lower bound of the success at which the race ends
-WINNER_TRIALS, OTHER_TRIALS = 1500, 400  # held-out trials of the winner; of each other
-LEAST_TRIALS = 100  # of the winner, even if the time is up
+RACE_TRIALS = (200, 200, 400)  # of each stroke that still races, in the rounds of a race
+SURE_SUCCESS = 0.95  # lower bound of the success at which no further round follows
+AS_GOOD = 0.01  # of success: strokes that have less than the best by more are not as good
+# Half of the width of the interval that held-out trials give the winner, and each other stroke;
+# numbers of these trials that may be fewer only if budget or time do not allow them; and the
+# smallest number of the winner's, even if the time is up.
+HALF_WIDTHS, FEWEST_TRIALS, LEAST_TRIALS = (0.03, 0.06), (200, 100), 100
+LATER_SHARE = 0.6  # of the candidates of a stage that are refined again
 MAX_ROUNDS = 5  # fewer if one finds no better stroke than those before
 PROMISING = 0.1  # success: a stage that is worse than the best by more is not searched again
 
@@ -167,6 +171,7 @@ class Found(NamedTuple):
 
     # The winner of the race, then the others by the lower end of their intervals.
     finalists: list[RankedStroke]
+    value: float  # of the first one, in the trials by which it was chosen
     penalty: float  # smallest of all candidates, see `Outcomes`
     cancelled: bool  # then the finalists have the estimates so far
     converged: bool  # the success is nearly 1, or a search from other candidates found no larger
@@ -215,16 +220,16 @@ def search(problem: Problem, runner: Runner, seed: int) -> Found:
                 break
         runner.best = max(winners, default=0.0)
         runner.reserved = 0
-        finalists = run_race(problem, runner, best_of(found), draws, effort_of(runner))
+        finalists, value = run_race(problem, runner, best_of(found), draws, effort_of(runner))
     except StoppedError:
         converged, cancelled, ended = False, True, best_of(found)
         ended = ended.take(_distinct(problem, ended.strokes)[:FINAL_STROKES])
-        finalists = []
+        finalists, value = [], max(ended.value.tolist(), default=0.0)
         for i, n in enumerate(ended.samples.tolist()):
-            value, successes = float(ended.value[i]), round(ended.success[i] * n)
-            error = (value * (1.0 - value) / n) ** 0.5  # no values have a larger one
-            finalists.append(_ranked(problem, ended.strokes[i], successes, n, value, error))
-    return Found(finalists, nearest, cancelled, converged, untried(stages, runner.best))
+            mean, successes = float(ended.value[i]), round(ended.success[i] * n)
+            error = (mean * (1.0 - mean) / n) ** 0.5  # no values have a larger one
+            finalists.append(_ranked(problem, ended.strokes[i], successes, n, mean, error))
+    return Found(finalists, value, nearest, cancelled, converged, untried(stages, runner.best))
 
 
 def effort_of(runner: Runner) -> float:
@@ -252,7 +257,8 @@ def choose_candidates(
     again = stage.chosen & (value > 0.0)
     order = np.lexsort((draws.permutation(len(penalty)), penalty, -value, again))
     ranks = penalty, -value, -hits, turns(route, order), again, value == 0.0
-    count = max(4, round(effort * stage.kind.refined))
+    share = LATER_SHARE if stage.chosen.any() else 1.0
+    count = max(4, round(share * effort * stage.kind.refined))
     chosen: NDArray[np.int64] = np.lexsort(ranks)[:count]
     stage.chosen[chosen] = True
     return chosen
@@ -276,47 +282,55 @@ def run_race(
     population: Population,
     draws: np.random.Generator,
     effort: float,
-) -> list[RankedStroke]:
-    """Let the best strokes race, then evaluate the finalists on held-out trials."""
-    strokes = population.strokes[population.value > 0.0]
-    strokes = strokes[_distinct(problem, strokes)[:RACERS]]
-    held_out = round(effort * (WINNER_TRIALS + (FINAL_STROKES - 1) * OTHER_TRIALS))
-    runner.reserved = min(held_out, runner.left // 2)
-    wins, trials, racing = np.zeros(len(strokes)), 0, len(strokes)
-    for most in RACE_TRIALS:  # the strokes that still race come first
-        race = min(round(effort * most), runner.left // max(1, racing))
+) -> tuple[list[RankedStroke], float]:
+    """
+    Let the best strokes race, then evaluate the finalists on held-out trials.
+
+    The race alone decides which stroke is the first, and returns its value: the best of several
+    held-out results is larger than its success.
+    """
+    population = population.take(np.flatnonzero(population.value > 0.0))
+    population = population.take(_distinct(problem, population.strokes)[:RACERS])
+    strokes, success = population.strokes, population.value
+    runner.reserved = min(len(strokes[:FINAL_STROKES]) * max(FEWEST_TRIALS), runner.left // 2)
+    values = np.empty((len(strokes), 0))  # of the strokes that still race, in all their trials
+    for most in RACE_TRIALS:
+        racing, race = len(values), min(round(effort * most), runner.left // max(1, len(values)))
         if racing < 2 or race < 8:
             break
         outcomes = _trials(problem, runner, draws, strokes[:racing], race, exact=False)
         if len(outcomes.value) < racing * race:
             break  # the time is up
-        wins[:racing] += outcomes.value.reshape(-1, race).sum(axis=1)
-        trials += race
-        order = np.argsort(-wins[:racing], kind='stable')
-        strokes[:racing], wins[:racing] = strokes[order], wins[order]
-        racing = _still_racing(wins[:racing], trials)
+        values = np.hstack([values, outcomes.value.reshape(-1, race)])
+        success[:racing] = values.mean(axis=1)
+        behind = values[success[:racing].argmax()] - values  # with the same errors
+        error = Z95 * behind.std(axis=1) / values.shape[1] ** 0.5
+        surely = behind.mean(axis=1) > error
+        order = np.lexsort((-success[:racing], surely))
+        strokes[:racing], success[:racing] = strokes[order], success[order]
+        values = values[order[: racing - np.count_nonzero(surely)]]
+        if (error - behind.mean(axis=1)).max() < AS_GOOD:
+            break  # none is better by more
+    as_good = success[: len(values)] >= success[:1] - AS_GOOD
+    if runner.value is None and len(strokes):  # the gentlest of the best ones
+        first = np.where(as_good, strokes[: len(values), SPEED], np.inf).argmin()
+        order = np.r_[first, np.delete(np.arange(len(strokes)), first)]
+        strokes, success = strokes[order], success[order]
     runner.reserved = 0
     found: list[RankedStroke] = []
     for place, stroke in enumerate(strokes[:FINAL_STROKES]):
-        share = (WINNER_TRIALS, OTHER_TRIALS)[place > 0]
+        variance, half = success[place] * (1.0 - success[place]), HALF_WIDTHS[place > 0]
+        needed = max(FEWEST_TRIALS[place > 0], effort * variance * (Z95 / half) ** 2)
         runner.granted = 0 if found else LEAST_TRIALS
-        count = min(max(1, round(effort * share)), runner.left)
+        count = min(round(needed), runner.left)
         outcomes = _trials(problem, runner, draws, stroke[np.newaxis], count, exact=True)
         count = len(outcomes.value)
         if count:
             value, successes = float(outcomes.value.mean()), int(outcomes.success.sum())
             error = float(outcomes.value.std()) / count**0.5
             found.append(_ranked(problem, stroke, successes, count, value, error))
-    # The race alone decides the first place: the best of several held-out results is biased.
-    return found[:1] + sorted(found[1:], key=attrgetter('surely'), reverse=True)
-
-
-def _still_racing(wins: Array, trials: int) -> int:
-    """Count the strokes, sorted by wins, that may still be the best; 1 if one is sure."""
-    low, _ = wilson_interval(wins[0], trials)
-    if low > SURE_SUCCESS:
-        return 1
-    return sum(wilson_interval(each, trials)[1] >= low for each in wins.tolist())
+    others = sorted(found[1:], key=attrgetter('surely'), reverse=True)
+    return found[:1] + others, max(success[:1].tolist(), default=0.0)
 
 
 def _distinct(problem: Problem, strokes: Array) -> NDArray[np.int64]:

@@ -145,7 +145,12 @@ INSIDE = 2.0 * quasi_random(FITTED_STRIKES + HELD_OUT - len(CORNERS), len(VARIED
 PLACES = np.concatenate([CORNERS, INSIDE])
 FEWEST = 24  # strokes of a search in a cell: with fewer, a fit does not pay
 LEAST_HALF = 1e-9  # of the half sizes of a box, if errors vanish
-FEWEST_IN_CLOUD = 2 * len(PLACES)  # the same, around a stroke
+# Quadratic terms fit the strikes of a cloud, which is small. Strikes that fail or deviate are left
+# out; strokes of which the nearest strike was left out are solved.
+CLOUD_STRIKES, FEWEST_REGULAR = 36, 24  # exact strikes in a cloud; of these, without deviations
+FEWEST_IN_CLOUD = 2 * CLOUD_STRIKES
+QUADRATIC = EXPONENTS.sum(axis=1) <= 2
+DEVIATION = 0.3  # from the other strikes of a cloud: as a share of their scatter
 # Errors of a map that do not matter, in standard deviations of the player: in a search, and in the
 # trials whose success is stated. A shift by the second changes a success by at most 0.8 points,
 # because the density of a normal error is at most 0.4.
@@ -164,8 +169,9 @@ class Box(NamedTuple):
 
     middle: Array  # (4,) of a, b (ball radii), elevation (rad), speed (m/s)
     half: Array  # (4,) half of its sizes
-    places: Array = PLACES  # (FITTED_STRIKES + HELD_OUT, 4) of the strikes, from -1 to 1
-    is_cloud: bool = False  # whether a tip may touch the ball again, unless that is a double hit
+    places: Array = PLACES  # (n, 4) of the strikes, from -1 to 1
+    # (MOTION,) deviations of a cloud's strikes that do not matter; None: this is a cell
+    bounds: Array | None = None
 
 
 class BoxFit(NamedTuple):
@@ -173,8 +179,14 @@ class BoxFit(NamedTuple):
 
     coefficients: Array  # (TERMS, MOTION), see `StrikePolynomials`
     errors: Array  # (MOTION,) root mean square in held-out strikes, or infinite
-    scatter: Array  # (MOTION,) standard deviation of the exact strikes
+    regular: NDArray[np.bool_]  # (n,) the strikes that were fitted
     divides: bool  # whether smaller cells of it may be fitted
+
+    def near_regular(self, box: Box, strokes: Array) -> NDArray[np.bool_]:
+        """Find the strokes (k, 5) of which the nearest strike of the box was fitted."""
+        away = _varied(box, strokes)[:, np.newaxis] - box.places
+        nearest = np.square(away).sum(axis=2).argmin(axis=1)
+        return self.regular[nearest]
 
 
 def box_of(cell: Cell) -> Box:
@@ -185,13 +197,20 @@ def box_of(cell: Cell) -> Box:
     return Box(np.append(corner * sizes, slowest) + half, half)
 
 
-def box_around(strokes: Array) -> Box:
-    """Return the box of strokes (n, 5), of which the first are the places of its strikes."""
-    varied = strokes[:, VARIED]
-    varied[:, 0] = np.abs(varied[:, 0])  # the others are mirrored
+def cloud_around(strokes: Array, bounds: Array) -> Box:
+    """Return the box of strokes (n, 5), of which the first are its strikes, see `Box`."""
+    varied = _varied(Box(np.zeros(4), np.ones(4)), strokes)
     low, high = varied.min(axis=0), varied.max(axis=0)
-    middle, half = 0.5 * (low + high), np.maximum(0.5 * (high - low), LEAST_HALF)
-    return Box(middle, half, (varied[: len(PLACES)] - middle) / half, is_cloud=True)
+    box = Box(0.5 * (low + high), np.maximum(0.5 * (high - low), LEAST_HALF))
+    return box._replace(places=_varied(box, strokes[:CLOUD_STRIKES]), bounds=bounds)
+
+
+def _varied(box: Box, strokes: Array) -> Array:
+    """Find the places (n, 4) of strokes in a box, from -1 to 1; those of a < 0 are mirrored."""
+    varied = strokes[:, VARIED]
+    varied[:, 0] = np.abs(varied[:, 0])
+    places: Array = (varied - box.middle) / box.half
+    return places
 
 
 class Maps:
@@ -227,9 +246,8 @@ class Maps:
         """
         Choose the boxes by which strokes (n, 5) are mapped, and fit those that are missing.
 
-        These are cells. Where cells do not serve, unless `strict`, a cloud has a box of its own.
-        Its errors may also be `DEVIATION_SHARE` of the scatter of its strikes. A stroke that is
-        NaN is not mapped; none is if the player makes no errors.
+        These are cells. Where cells do not serve, unless `strict`, a cloud has a box of its own. A
+        stroke that is NaN is not mapped; none is if the player makes no errors.
 
         Parameters
         ----------
@@ -272,11 +290,10 @@ class Maps:
             rows = np.flatnonzero(slow & (number == SOLVED))
             parts = np.split(rows, np.searchsorted(rows, np.arange(each, len(strokes), each)))
             clouds = [part for part in parts if len(part) >= FEWEST_IN_CLOUD]
-        boxes = [box_around(strokes[cloud]) for cloud in clouds]
+        boxes = [cloud_around(strokes[cloud], bounds) for cloud in clouds]
         for cloud, box, found in zip(clouds, boxes, fit(boxes), strict=True):
-            if (found.errors <= np.maximum(bounds, DEVIATION_SHARE * found.scatter)).all():
-                number[cloud] = len(used)
-                used.append((box, found))
+            number[cloud[found.near_regular(box, strokes[cloud])]] = len(used)
+            used.append((box, found))
         extents = np.array([box[:2] for box, _ in used]).reshape(-1, 2, len(VARIED))
         coefficients = np.array([found.coefficients for _, found in used])
         stacked = coefficients.reshape(-1, TERMS, MOTION)
@@ -311,26 +328,54 @@ def bounds_of(sigmas: Array) -> Array:
 
 def fit_box(model: StrikeModel, box: Box) -> BoxFit:
     """Fit a polynomial to exact strikes in a box, and find its error in others."""
-    strokes = np.zeros((len(PLACES), 5))
+    strokes = np.zeros((len(box.places), 5))
     strokes[:, VARIED] = box.middle + box.half * box.places
+    terms = np.prod(box.places[:, np.newaxis] ** EXPONENTS, axis=2)
+    if box.bounds is not None:
+        return _fit_cloud(model, strokes, terms, box.bounds)
     parts = [strike_alone(model, strokes[:PROBES])]
-    if _usable(parts[0], box).all():
+    if parts[0].regular.all():
         parts.append(strike_alone(model, strokes[PROBES:]))
     struck = StrikeOutcomes(*(np.concatenate(each) for each in zip(*parts, strict=True)))
-    usable, nothing = _usable(struck, box), np.zeros(MOTION)
-    if not usable.all():
-        divides = bool(usable.mean() > 0.5)
-        return BoxFit(np.zeros((TERMS, MOTION)), np.full(MOTION, np.inf), nothing, divides)
+    regular = struck.regular
+    if not regular.all():
+        divides = bool(regular.mean() > 0.5)
+        return BoxFit(np.zeros((TERMS, MOTION)), np.full(MOTION, np.inf), regular, divides)
     exact = np.column_stack(struck[:3]) / strokes[:, [SPEED]]
-    terms = np.prod(box.places[:, np.newaxis] ** EXPONENTS, axis=2)
     found: Array = np.linalg.pinv(terms[:FITTED_STRIKES]) @ exact[:FITTED_STRIKES]
     errors: Array = terms[FITTED_STRIKES:] @ found - exact[FITTED_STRIKES:]
     found[:, 3:6] /= model.surface.radius
-    return BoxFit(found, np.sqrt((errors**2).mean(axis=0)), exact.std(axis=0), divides=True)
+    return BoxFit(found, np.sqrt((errors**2).mean(axis=0)), regular, divides=True)
 
 
-def _usable(struck: StrikeOutcomes, box: Box) -> NDArray[np.bool_]:
-    return ~struck.fails if box.is_cloud else struck.regular
+def _fit_cloud(model: StrikeModel, strokes: Array, terms: Array, bounds: Array) -> BoxFit:
+    """
+    Fit a polynomial to the strikes of a cloud that agree with each other.
+
+    A tip may touch the ball again, unless that is a double hit. The strike that deviates most from
+    a fit of the others is left out, until none deviates by more than `DEVIATION` of their scatter,
+    or `bounds`. If few are left, none is regular.
+    """
+    struck = strike_alone(model, strokes)
+    exact = np.column_stack(struck[:3]) / strokes[:, [SPEED]]
+    rows, found = np.flatnonzero(~struck.fails), np.zeros((TERMS, MOTION))
+    regular = np.zeros(len(strokes), np.bool_)
+    while len(rows) >= FEWEST_REGULAR:
+        part = terms[np.ix_(rows, QUADRATIC)]
+        inverse = np.linalg.pinv(part)
+        found[QUADRATIC] = inverse @ exact[rows]
+        # the errors if each strike in turn were not fitted
+        own = np.einsum('ij,ji->i', part, inverse).clip(max=0.99)
+        errors = (part @ found[QUADRATIC] - exact[rows]) / (1.0 - own)[:, np.newaxis]
+        allowed = np.maximum(bounds, DEVIATION * exact[rows].std(axis=0))
+        deviation = (np.abs(errors) / allowed).max(axis=1)
+        worst = deviation.argmax()
+        if deviation[worst] <= 1.0:
+            regular[rows] = True
+            break
+        rows = np.delete(rows, worst)
+    found[:, 3:6] /= model.surface.radius
+    return BoxFit(found, np.zeros(MOTION), regular, divides=False)
 
 
 def _cells_of(strokes: Array, level: int) -> tuple[list[Cell], NDArray[np.int64], list[int]]:
