@@ -23,6 +23,7 @@ from billiard_shot.planning.search import (
     population_of,
     refine,
     run_race,
+    state_success,
 )
 from billiard_shot.planning.stages import KINDS, next_stage, Stage
 from billiard_shot.planning.targets import target_of
@@ -74,7 +75,8 @@ def tell(scene: Scene, ball: str, seed: int = 1) -> Story:
         runner = Runner(problem, NORMAL_BUDGET, threads)
         stages = tuple(_stages(problem, runner, draws))
         ended = best_of([stage.refined[-1] for stage in stages if stage.refined])
-        finalists, _ = run_race(problem, runner, ended, draws, effort=1.0)
+        strokes, values = run_race(problem, runner, ended, draws, effort=1.0)
+        finalists = state_success(problem, runner, strokes, values, draws, effort=1.0)
     return Story(scene, stages, tuple(finalists))
 
 

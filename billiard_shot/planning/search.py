@@ -19,6 +19,121 @@ from billiard_shot.records import Array
 from billiard_shot.scene.player import AZIMUTH, ELEVATION, SPEED
 from billiard_shot.shot.stroke import Stroke
 
+NORMAL_BUDGET = 60_000  # simulations to which the numbers below apply
+MIN_EFFORT = 0.3  # share of these numbers for a small budget or a short time
+RACERS, FINAL_STROKES = 6, 4  # strokes that race; strokes that get held-out trials
+RACE_TRIALS = (200, 200, 400)  # of each stroke that still races, in the rounds of a race
+SURE_SUCCESS = 0.95  # lower bound of the success at which no further round follows
+AS_GOOD = 0.01  # of success: strokes that have less than the best by more are not as good
+# Half of the width of the interval that held-out trials give the winner, and each other stroke;
+# numbers of these trials that may be fewer only if budget or time do not allow them; and the
+# smallest number of the winner's, even if the time is up.
+HALF_WIDTHS, FEWEST_TRIALS, LEAST_TRIALS = (0.03, 0.06), (200, 100), 100
+LATER_SHARE = 0.6  # of the candidates of a stage that are refined again
+MAX_ROUNDS = 5  # fewer if one finds no better stroke than those before
+PROMISING = 0.1  # success: a stage that is worse than the best by more is not searched again
+
+# Two strokes are alike if they differ in every component by less than the larger of these:
+# standard deviations of the noise; a, b (ball radii), elevation, azimuth (rad) and speed (m/s).
+ALIKE_SIGMAS = 4.0
+ALIKE_DISTANCE = np.array([0.15, 0.15, 0.05, 0.01, 0.3])
+
+
+class Found(NamedTuple):
+    """Result of a search."""
+
+    # The winner of the race, then the others by the lower end of their intervals.
+    finalists: list[RankedStroke]
+    value: float  # of the first one, in the trials by which it was chosen
+    penalty: float  # smallest of all candidates, see `Outcomes`
+    cancelled: bool  # then the finalists have the estimates so far
+    converged: bool  # the success is nearly 1, or a search from other candidates found no larger
+    untried: tuple[str, ...]  # kinds of candidates that were called for, but not tried
+
+
+def search(problem: Problem, runner: Runner, seed: int) -> Found:
+    """
+    Search until a round finds nothing better, the budget is spent, or the search is cancelled.
+
+    Each round refines other candidates with other random numbers. Its stages go from straight
+    paths to complicated ones, and end as soon as a stroke is good enough.
+    """
+    draws = np.random.default_rng(seed)
+    stages: list[Stage] = []
+    found: list[Population] = []
+    winners: list[float] = []  # value of the best stroke of each round
+    nearest, converged, cancelled = np.inf, False, False
+    try:
+        for _ in range(MAX_ROUNDS):
+            first, best = len(found), 0.0
+            again = _promising(stages)
+            while stage := again.pop(0) if again else next_stage(problem, runner, stages, best):
+                nearest = min(nearest, float(stage.outcomes.penalty.min()))
+                effort = effort_of(runner)
+                population = population_of(stage, choose_candidates(stage, effort, draws))
+                found.append(population)
+                for better in refine(problem, runner, population, draws, effort):
+                    found[-1] = better
+                if found[-1] is not population:
+                    value = float(found[-1].value[0])
+                    best = max(best, value)
+                    runner.note(found[-1].strokes[0], value)
+                stage.value = max(stage.value, float(found[-1].value.max(initial=0.0)))
+                if runner.left <= 0:
+                    break
+            winner = best_of(found[first:])
+            if not len(winner.strokes):
+                break
+            winners.append(float(winner.value[0]))
+            samples = int(winner.samples[0])
+            sure = wilson_interval(winners[-1] * samples, samples)[0] > SURE_SUCCESS
+            before = wilson_interval(max(winners[:-1], default=0.0) * samples, samples)[1]
+            converged = sure or (len(winners) > 1 and winners[-1] <= before)
+            if converged or runner.left <= 0:
+                break
+        runner.best = max(winners, default=0.0)
+        runner.reserved = 0
+        strokes, values = run_race(problem, runner, best_of(found), draws, effort_of(runner))
+        finalists = state_success(problem, runner, strokes, values, draws, effort_of(runner))
+    except StoppedError:
+        converged, cancelled, ended = False, True, best_of(found)
+        ended = ended.take(_distinct(problem, ended.strokes)[:FINAL_STROKES])
+        finalists, values = [], ended.value
+        for i, n in enumerate(ended.samples.tolist()):
+            mean, successes = float(ended.value[i]), round(ended.success[i] * n)
+            error = (mean * (1.0 - mean) / n) ** 0.5  # no values have a larger one
+            finalists.append(_ranked(problem, ended.strokes[i], successes, n, mean, error))
+    value, left_out = max(values[:1], default=0.0), untried(stages, runner.best)
+    return Found(finalists, value, nearest, cancelled, converged, left_out)
+
+
+def _promising(stages: list[Stage]) -> list[Stage]:
+    """Select the stages whose candidates are refined again in a further round."""
+    best = max((stage.value for stage in stages), default=0.0)
+    return [stage for stage in stages if len(stage.chosen) and stage.value >= best - PROMISING]
+
+
+def choose_candidates(
+    stage: Stage, effort: float, draws: np.random.Generator
+) -> NDArray[np.int64]:
+    """
+    Choose candidates with a value, then those with the smallest penalty, in turn from all routes.
+
+    Those that were not chosen in earlier rounds come first, and routes whose candidates have more
+    value. The stage notes what was chosen.
+    """
+    route, (_, penalty, value) = stage.candidates.route, stage.outcomes
+    hits = np.bincount(route, value)[route]
+    again = stage.chosen & (value > 0.0)
+    order = np.lexsort((draws.permutation(len(penalty)), penalty, -value, again))
+    ranks = penalty, -value, -hits, turns(route, order), again, value == 0.0
+    share = LATER_SHARE if stage.chosen.any() else 1.0
+    count = max(4, round(share * effort * stage.kind.refined))
+    chosen: NDArray[np.int64] = np.lexsort(ranks)[:count]
+    stage.chosen[chosen] = True
+    return chosen
+
+
 OFFSET_SIGMA = 0.12  # ball radii: of the offsets of candidates
 ELEVATION_SIGMA = 0.02  # rad: of their elevations
 SPEED_SIGMA = 0.2  # relative: of their speeds
@@ -146,124 +261,6 @@ def _iteration(
     )
 
 
-NORMAL_BUDGET = 60_000  # simulations to which the numbers below apply
-MIN_EFFORT = 0.3  # share of these numbers for a small budget or a short time
-RACERS, FINAL_STROKES = 6, 4  # strokes that race; strokes that get held-out trials
-RACE_TRIALS = (200, 200, 400)  # of each stroke that still races, in the rounds of a race
-SURE_SUCCESS = 0.95  # lower bound of the success at which no further round follows
-AS_GOOD = 0.01  # of success: strokes that have less than the best by more are not as good
-# Half of the width of the interval that held-out trials give the winner, and each other stroke;
-# numbers of these trials that may be fewer only if budget or time do not allow them; and the
-# smallest number of the winner's, even if the time is up.
-HALF_WIDTHS, FEWEST_TRIALS, LEAST_TRIALS = (0.03, 0.06), (200, 100), 100
-LATER_SHARE = 0.6  # of the candidates of a stage that are refined again
-MAX_ROUNDS = 5  # fewer if one finds no better stroke than those before
-PROMISING = 0.1  # success: a stage that is worse than the best by more is not searched again
-
-# Two strokes are alike if they differ in every component by less than the larger of these:
-# standard deviations of the noise; a, b (ball radii), elevation, azimuth (rad) and speed (m/s).
-ALIKE_SIGMAS = 4.0
-ALIKE_DISTANCE = np.array([0.15, 0.15, 0.05, 0.01, 0.3])
-
-
-class Found(NamedTuple):
-    """Result of a search."""
-
-    # The winner of the race, then the others by the lower end of their intervals.
-    finalists: list[RankedStroke]
-    value: float  # of the first one, in the trials by which it was chosen
-    penalty: float  # smallest of all candidates, see `Outcomes`
-    cancelled: bool  # then the finalists have the estimates so far
-    converged: bool  # the success is nearly 1, or a search from other candidates found no larger
-    untried: tuple[str, ...]  # kinds of candidates that were called for, but not tried
-
-
-def search(problem: Problem, runner: Runner, seed: int) -> Found:
-    """
-    Search until a round finds nothing better, the budget is spent, or the search is cancelled.
-
-    Each round refines other candidates with other random numbers. Its stages go from straight
-    paths to complicated ones, and end as soon as a stroke is good enough.
-    """
-    draws = np.random.default_rng(seed)
-    stages: list[Stage] = []
-    found: list[Population] = []
-    winners: list[float] = []  # value of the best stroke of each round
-    nearest, converged, cancelled = np.inf, False, False
-    try:
-        for _ in range(MAX_ROUNDS):
-            first, best = len(found), 0.0
-            again = _promising(stages)
-            while stage := again.pop(0) if again else next_stage(problem, runner, stages, best):
-                nearest = min(nearest, float(stage.outcomes.penalty.min()))
-                effort = effort_of(runner)
-                population = population_of(stage, choose_candidates(stage, effort, draws))
-                found.append(population)
-                for better in refine(problem, runner, population, draws, effort):
-                    found[-1] = better
-                if found[-1] is not population:
-                    value = float(found[-1].value[0])
-                    best = max(best, value)
-                    runner.note(found[-1].strokes[0], value)
-                stage.value = max(stage.value, float(found[-1].value.max(initial=0.0)))
-                if runner.left <= 0:
-                    break
-            winner = best_of(found[first:])
-            if not len(winner.strokes):
-                break
-            winners.append(float(winner.value[0]))
-            samples = int(winner.samples[0])
-            sure = wilson_interval(winners[-1] * samples, samples)[0] > SURE_SUCCESS
-            before = wilson_interval(max(winners[:-1], default=0.0) * samples, samples)[1]
-            converged = sure or (len(winners) > 1 and winners[-1] <= before)
-            if converged or runner.left <= 0:
-                break
-        runner.best = max(winners, default=0.0)
-        runner.reserved = 0
-        finalists, value = run_race(problem, runner, best_of(found), draws, effort_of(runner))
-    except StoppedError:
-        converged, cancelled, ended = False, True, best_of(found)
-        ended = ended.take(_distinct(problem, ended.strokes)[:FINAL_STROKES])
-        finalists, value = [], max(ended.value.tolist(), default=0.0)
-        for i, n in enumerate(ended.samples.tolist()):
-            mean, successes = float(ended.value[i]), round(ended.success[i] * n)
-            error = (mean * (1.0 - mean) / n) ** 0.5  # no values have a larger one
-            finalists.append(_ranked(problem, ended.strokes[i], successes, n, mean, error))
-    return Found(finalists, value, nearest, cancelled, converged, untried(stages, runner.best))
-
-
-def effort_of(runner: Runner) -> float:
-    """Share of the numbers above that budget and time allow for."""
-    return min(1.0, max(MIN_EFFORT, runner.scope / NORMAL_BUDGET))
-
-
-def _promising(stages: list[Stage]) -> list[Stage]:
-    """Select the stages whose candidates are refined again in a further round."""
-    best = max((stage.value for stage in stages), default=0.0)
-    return [stage for stage in stages if len(stage.chosen) and stage.value >= best - PROMISING]
-
-
-def choose_candidates(
-    stage: Stage, effort: float, draws: np.random.Generator
-) -> NDArray[np.int64]:
-    """
-    Choose candidates with a value, then those with the smallest penalty, in turn from all routes.
-
-    Those that were not chosen in earlier rounds come first, and routes whose candidates have more
-    value. The stage notes what was chosen.
-    """
-    route, (_, penalty, value) = stage.candidates.route, stage.outcomes
-    hits = np.bincount(route, value)[route]
-    again = stage.chosen & (value > 0.0)
-    order = np.lexsort((draws.permutation(len(penalty)), penalty, -value, again))
-    ranks = penalty, -value, -hits, turns(route, order), again, value == 0.0
-    share = LATER_SHARE if stage.chosen.any() else 1.0
-    count = max(4, round(share * effort * stage.kind.refined))
-    chosen: NDArray[np.int64] = np.lexsort(ranks)[:count]
-    stage.chosen[chosen] = True
-    return chosen
-
-
 def best_of(found: list[Population]) -> Population:
     """Concatenate the populations of all stages, ordered by the lower bound of the value."""
     if not found:
@@ -276,23 +273,28 @@ def best_of(found: list[Population]) -> Population:
     return population.take(np.lexsort((population.penalty, -surely)))
 
 
+def effort_of(runner: Runner) -> float:
+    """Share of the numbers above that budget and time allow for."""
+    return min(1.0, max(MIN_EFFORT, runner.scope / NORMAL_BUDGET))
+
+
 def run_race(
     problem: Problem,
     runner: Runner,
     population: Population,
     draws: np.random.Generator,
     effort: float,
-) -> tuple[list[RankedStroke], float]:
+) -> tuple[Array, Array]:
     """
-    Let the best strokes race, then evaluate the finalists on held-out trials.
+    Let the best strokes (n, 5) race, and return them with their values (n,).
 
-    The race alone decides which stroke is the first, and returns its value: the best of several
-    held-out results is larger than its success.
+    The first is the slowest of the best ones; if the runner has a `value`, the best. Strokes that
+    are surely worse than the best one, under the same errors, drop out.
     """
     population = population.take(np.flatnonzero(population.value > 0.0))
     population = population.take(_distinct(problem, population.strokes)[:RACERS])
     strokes, success = population.strokes, population.value
-    runner.reserved = min(len(strokes[:FINAL_STROKES]) * max(FEWEST_TRIALS), runner.left // 2)
+    runner.reserved = min(FINAL_STROKES * max(FEWEST_TRIALS), runner.left // 2)
     values = np.empty((len(strokes), 0))  # of the strokes that still race, in all their trials
     for most in RACE_TRIALS:
         racing, race = len(values), min(round(effort * most), runner.left // max(1, len(values)))
@@ -311,26 +313,41 @@ def run_race(
         values = values[order[: racing - np.count_nonzero(surely)]]
         if (error - behind.mean(axis=1)).max() < AS_GOOD:
             break  # none is better by more
-    as_good = success[: len(values)] >= success[:1] - AS_GOOD
-    if runner.value is None and len(strokes):  # the gentlest of the best ones
+    runner.reserved = 0
+    if runner.value is None and len(strokes):
+        as_good = success[: len(values)] >= success[0] - AS_GOOD
         first = np.where(as_good, strokes[: len(values), SPEED], np.inf).argmin()
         order = np.r_[first, np.delete(np.arange(len(strokes)), first)]
         strokes, success = strokes[order], success[order]
-    runner.reserved = 0
+    return strokes, success
+
+
+def state_success(
+    problem: Problem,
+    runner: Runner,
+    strokes: Array,
+    value: Array,
+    draws: np.random.Generator,
+    effort: float,
+) -> list[RankedStroke]:
+    """
+    Evaluate strokes (n, 5) with values (n,) on held-out trials.
+
+    The first one stays the first: the best of several such results is larger than its success.
+    """
     found: list[RankedStroke] = []
     for place, stroke in enumerate(strokes[:FINAL_STROKES]):
-        variance, half = success[place] * (1.0 - success[place]), HALF_WIDTHS[place > 0]
+        variance, half = value[place] * (1.0 - value[place]), HALF_WIDTHS[place > 0]
         needed = max(FEWEST_TRIALS[place > 0], effort * variance * (Z95 / half) ** 2)
         runner.granted = 0 if found else LEAST_TRIALS
         count = min(round(needed), runner.left)
         outcomes = _trials(problem, runner, draws, stroke[np.newaxis], count, exact=True)
         count = len(outcomes.value)
         if count:
-            value, successes = float(outcomes.value.mean()), int(outcomes.success.sum())
+            mean, successes = float(outcomes.value.mean()), int(outcomes.success.sum())
             error = float(outcomes.value.std()) / count**0.5
-            found.append(_ranked(problem, stroke, successes, count, value, error))
-    others = sorted(found[1:], key=attrgetter('surely'), reverse=True)
-    return found[:1] + others, max(success[:1].tolist(), default=0.0)
+            found.append(_ranked(problem, stroke, successes, count, mean, error))
+    return found[:1] + sorted(found[1:], key=attrgetter('surely'), reverse=True)
 
 
 def _distinct(problem: Problem, strokes: Array) -> NDArray[np.int64]:
