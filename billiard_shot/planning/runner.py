@@ -28,7 +28,7 @@ from billiard_shot.planning.within_noise import (
 )
 from billiard_shot.records import Array
 from billiard_shot.scene.fields import as_floats
-from billiard_shot.shot.play import play_by
+from billiard_shot.shot.play import task_of
 from billiard_shot.shot.stroke import Stroke, vectors_of
 from billiard_shot.status import Status
 from billiard_shot.table.run.simulate import TableBatch
@@ -138,8 +138,7 @@ def simulate_strokes(
 
     Parameters as of `evaluate_strokes`; with `rules` each table ends as soon as it is decided.
     """
-    recording = play_by(
-        run_recorded,
+    task = task_of(
         problem.prepared,
         *vectors_of(strokes),
         None if places is None else tables_at(problem, places),
@@ -147,6 +146,7 @@ def simulate_strokes(
         mapped=mapped,
         rules=rules,
     )
+    recording = run_recorded(task)
     return recording, IS_USABLE[recording.cues['status']] & ~recording.cues['miscue']
 
 

@@ -32,7 +32,7 @@ from billiard_shot.planning.statistics import quasi_random
 from billiard_shot.records import Array, ROWS
 from billiard_shot.scene.player import AZIMUTH, ELEVATION
 from billiard_shot.shot.effects import StrikeModel
-from billiard_shot.shot.play import Accuracy, alone, play_by
+from billiard_shot.shot.play import Accuracy, alone, task_of
 from billiard_shot.shot.stroke import vectors_of
 from billiard_shot.status import Status
 from billiard_shot.table.model.motion import BallRule
@@ -91,7 +91,8 @@ def simulate_curves(model: StrikeModel, strokes: Array) -> Curves:
     """Simulate strokes (n, 5) along +x, and keep those that do not fail, with their paths."""
     accuracy = Accuracy(CURVE_TOLERANCE, checked=False)
     rules = ROWS.records(BallRule, 1)  # a stroke that fails ends there
-    run = play_by(run_recorded, alone(model), *vectors_of(strokes), None, accuracy, rules=rules)
+    task = task_of(alone(model), *vectors_of(strokes), None, accuracy, rules=rules)
+    run = run_recorded(task)
     ends = run.tables['segments']
     usual = (run.tables['status'] == Status.OK) & ~run.cues['miscue'] & ~run.tables['double_hit']
     kept = np.flatnonzero(usual & (np.diff(ends, prepend=0) <= MAX_SEGMENTS))

@@ -174,7 +174,7 @@ SUSPECT = 1e4  # changes of the stiffness: margins of decisions that they may tu
 
 
 def note_discontinuities(
-    played: BatchRecording, model: StrikeModel, normals: Array, velocities: Array, tolerance: float
+    played: BatchRecording, model: StrikeModel, strokes: Strokes, tolerance: float
 ) -> None:
     """
     Find how far the resting places of strokes jump, on endless cloth, and note it in their ends.
@@ -188,8 +188,7 @@ def note_discontinuities(
     played : BatchRecording
         Of n strokes. Those in which the ball reached others do not jump.
     model : StrikeModel
-    normals, velocities : (n, 3) float arrays
-        As of `Stroke`.
+    strokes : Strokes
     tolerance : float
         Of the trajectories [m].
 
@@ -208,7 +207,8 @@ def note_discontinuities(
             changed = model._replace(
                 stiffness=(float(tip * (1.0 + change)), cloth), follow_through=0.0
             )
-            places.append(_end(changed, normals[i : i + 1], velocities[i : i + 1], finest))
+            vectors = strokes.normals[i : i + 1], strokes.velocities[i : i + 1]
+            places.append(_end(changed, *vectors, finest))
         bend = float(np.linalg.norm(places[0] - 2.0 * places[1] + places[2]))
         found[i] = bend if bend > 2.0 * finest else 0.0
     ends['error'] += found
@@ -327,9 +327,8 @@ def play(
         some, maps = tables, mapped.part(rows)
         if tables is not None and len(tables) > 1:
             some = tables.take(rows)
-        return play_by(
-            run_tables, prepared, normals[rows], velocities[rows], some, accuracy, mapped=maps
-        )
+        task = task_of(prepared, normals[rows], velocities[rows], some, accuracy, maps)
+        return play_by(run_tables, prepared.model, task)
 
     parts = in_threads(play_part, count, workers)
     names = prepared.names if tables is None else tables.names
@@ -337,15 +336,7 @@ def play(
 
 
 def play_by(
-    run: Callable[[TableTask], BatchRecording],
-    prepared: PreparedScene,
-    normals: Array,
-    velocities: Array,
-    tables: TableStates | None,
-    accuracy: Accuracy,
-    *,
-    mapped: StrikePolynomials = ALL_SOLVED,
-    rules: NDArray[np.void] | None = None,
+    run: Callable[[TableTask], BatchRecording], model: StrikeModel, task: TableTask
 ) -> BatchRecording:
     """
     Play strokes in this thread.
@@ -355,15 +346,12 @@ def play_by(
     run : callable
         How much is recorded: `run_tables`, `run_recorded` or, of the last stroke,
         `run_with_events`.
-    prepared : PreparedScene
-    normals, velocities, tables, accuracy, mapped
-        As of `play`.
-    rules : (balls,) array of BallRule, optional
-        As of `TableTask`.
+    model : StrikeModel
+    task : TableTask
+        With strokes, see `task_of`.
 
     """
-    played = run(task_of(prepared, normals, velocities, tables, accuracy, mapped, rules))
-    if accuracy.checked:
-        tolerance = accuracy.tolerance
-        note_discontinuities(played, prepared.model, normals, velocities, tolerance)
+    played = run(task)
+    if task.strokes is not None and task.strokes.checked:
+        note_discontinuities(played, model, task.strokes, task.tolerance)
     return played

@@ -18,6 +18,7 @@ from billiard_shot.shot.play import (
     play_by,
     prepared_scene,
     StrokeBatch,
+    task_of,
 )
 from billiard_shot.shot.shot import Shot
 from billiard_shot.shot.stroke import (
@@ -75,7 +76,8 @@ def predict(
     normals = np.array([stroke.touching(prepared.model.tip_curvature).normal])
     velocities, accuracy = np.array([stroke.velocity]), Accuracy(tolerance)
     tables = None if position is None else _with_cue_ball(scene, centre)
-    run = play_by(run_with_events, prepared, normals, velocities, tables, accuracy)
+    task = task_of(prepared, normals, velocities, tables, accuracy)
+    run = play_by(run_with_events, prepared.model, task)
     wall_time = perf_counter() - begin
     run.cues.flags.writeable = False
     return Shot(

@@ -18,7 +18,13 @@ from billiard_shot.compiler.build import PAGES
 from billiard_shot.embed.scenes import core_folder, export_scene, MODULE
 from billiard_shot.planning.statistics import wilson_interval
 from billiard_shot.scene.player import OFFSETS
-from billiard_shot.shot.play import Accuracy, DEFAULT_SHOT_TOLERANCE, play_by, prepared_scene
+from billiard_shot.shot.play import (
+    Accuracy,
+    DEFAULT_SHOT_TOLERANCE,
+    play_by,
+    prepared_scene,
+    task_of,
+)
 from billiard_shot.shot.stroke import vectors_of
 from billiard_shot.table.model.motion import Motion
 from billiard_shot.table.run.results import POCKET_NAMES
@@ -70,13 +76,10 @@ def played(scene, tables, offsets):
     """Digests of what the library writes, and the statuses."""
     digests, statuses = [], set()
     for i in range(len(offsets)):
-        found = play_by(
-            run_with_events,
-            prepared_scene(scene),
-            *vectors_of(offsets[i : i + 1]),
-            tables.take(slice(i, i + 1)),
-            Accuracy(DEFAULT_SHOT_TOLERANCE),
-        )
+        prepared, table = prepared_scene(scene), tables.take(slice(i, i + 1))
+        vectors = vectors_of(offsets[i : i + 1])
+        task = task_of(prepared, *vectors, table, Accuracy(DEFAULT_SHOT_TOLERANCE))
+        found = play_by(run_with_events, prepared.model, task)
         made, (events, members) = hashlib.sha256(), found.events
         for rows in (found.balls, found.tables, found.cues, found.segments, events, members):
             made.update(rows.tobytes())

@@ -19,7 +19,7 @@ from billiard_shot import (
     TableStates,
 )
 from billiard_shot.scene import Noise
-from billiard_shot.shot.play import play, play_by, prepared_scene, USUAL_ACCURACY
+from billiard_shot.shot.play import play, prepared_scene, task_of, USUAL_ACCURACY
 from billiard_shot.shot.stroke import vectors_of
 from billiard_shot.table.model.motion import Motion
 from billiard_shot.table.run.results import BallState, EventKind
@@ -285,9 +285,8 @@ def test_a_table_without_a_cue_ball_is_missed():
 def test_the_record_of_a_stroke_that_is_played_again_is_that_of_the_second_time():
     strokes = np.tile((0.0, 0.0, 0.15, 0.0, 3.0), (40, 1))
     strokes[:, 3] = np.random.default_rng(5).uniform(-np.pi, np.pi, len(strokes))
-    played = play_by(
-        run_recorded, prepared_scene(TABLE), *vectors_of(strokes), None, USUAL_ACCURACY
-    )
+    task = task_of(prepared_scene(TABLE), *vectors_of(strokes), None, USUAL_ACCURACY)
+    played = run_recorded(task)
     assert (played.tables['jaws_met'] > 0).sum() >= 5
     motions = np.split(played.segments, played.tables['segments'][:-1])
     for motion, cue, balls in zip(motions, played.cues, played.balls, strict=True):
