@@ -63,10 +63,8 @@ class TableParams(NamedTuple):
     nose_height: float = 0.0  # m, above the cloth
     corner: Mouth = NO_MOUTH
     side: Mouth = NO_MOUTH
-    corner_hole: tuple[float, float] = (
-        0.0,
-        0.0,
-    )  # m: distance of its centre from the corner, radius
+    # m: distance of its centre from the corner, radius
+    corner_hole: tuple[float, float] = 0.0, 0.0
     side_hole: tuple[float, float] = 0.0, 0.0  # m: the same, from the line of noses
     ball_restitution: float = 1.0
     ball_stiffness: float = 1.0

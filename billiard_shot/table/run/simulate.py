@@ -345,6 +345,6 @@ def run_many(task: TableTask, names: tuple[str, ...], workers: int | None = None
     """Simulate tables, whose balls have these names, on all cores."""
 
     def simulate_part(part: slice) -> BatchRecording:
-        return run_tables(task.part(part))
+        return run_tables(task._replace(starts=task.starts[part]))
 
     return TableBatch(names, joined(in_threads(simulate_part, len(task.starts), workers)))

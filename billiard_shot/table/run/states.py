@@ -55,10 +55,15 @@ def validated_starts(scene: Scene, states: States) -> NDArray[np.void]:
     check_balls('states', states)
     names, radius = list(states), scene.ball.radius
     starts = ball_starts(1, len(states))
-    vectors = _vectors(states)
-    for i, field in enumerate(VECTORS):
-        starts[field][0] = vectors[:, i]
-    places = vectors[:, 0]
+    for i, (name, state) in enumerate(states.items()):
+        for field, row in zip(VECTORS, state_rows(name, state), strict=True):
+            if row.shape != (3,) or not (np.abs(row) <= LARGEST).all():
+                raise ValueError(
+                    f'states[{name!r}].{field} must be three finite numbers, {-LARGEST:g} to '
+                    f'{LARGEST:g}, got {getattr(state, field)!r}'
+                )
+            starts[field][0, i] = row
+    places = starts['position'][0]
     if (places[:, 2] < radius * MIN_HEIGHT).any():
         i = int((places[:, 2] < radius * MIN_HEIGHT).argmax())
         raise ValueError(
@@ -72,23 +77,6 @@ def validated_starts(scene: Scene, states: States) -> NDArray[np.void]:
     for _, name, why in overlaps(lying, radius):
         raise ValueError(f'states[{name!r}].position must be {why}, got {lying[name]} (m)')
     return starts
-
-
-def _vectors(states: States) -> NDArray[np.float64]:
-    """Return (balls, vectors, 3); raise ValueError if a vector is not three finite numbers."""
-    for name, state in states.items():
-        check_type(f'states[{name!r}]', state, BallState)
-    vectors = as_floats([[getattr(each, field) for field in VECTORS] for each in states.values()])
-    if vectors.shape == (len(states), 3, 3) and (np.abs(vectors) <= LARGEST).all():
-        return vectors
-    for name, state in states.items():
-        for field, row in zip(VECTORS, state_rows(name, state), strict=True):
-            if row.shape != (3,) or not (np.abs(row) <= LARGEST).all():
-                raise ValueError(
-                    f'states[{name!r}].{field} must be three finite numbers, {-LARGEST:g} to '
-                    f'{LARGEST:g}, got {getattr(state, field)!r}'
-                )
-    raise AssertionError('one of the vectors is wrong')
 
 
 def in_cushions(scene: Scene, starts: NDArray[np.void]) -> Iterator[tuple[int, int, str]]:

@@ -351,10 +351,6 @@ class TableTask(NamedTuple):
         """Number of tables."""
         return len(self.starts if self.strokes is None else self.strokes.normals)
 
-    def part(self, part: slice) -> 'TableTask':
-        """Return some of the tables, on which there are no strokes."""
-        return self._replace(starts=self.starts[part])
-
 
 class BatchRecording(NamedTuple):
     """
