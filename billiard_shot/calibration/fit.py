@@ -702,7 +702,8 @@ def reach_of(found: JointFit) -> Floats:
     freedom = np.full(len(variances), shots - 1.0)
     if problem.careful:
         variances = np.maximum(variances, np.diag(found.covariance))
-        deciding = found.shares.sum(axis=1) ** 2 / (found.shares**2).sum(axis=1)
+        squares = np.maximum((found.shares**2).sum(axis=1), np.finfo(float).tiny)
+        deciding = found.shares.sum(axis=1) ** 2 / squares  # 0 if no shot tells the number
         freedom = np.maximum(deciding * (1.0 - SHARED / shots), 1.0)
     reach: Floats = student.ppf(0.5 + 0.5 * LEVEL, freedom) * np.sqrt(variances)
     return reach

@@ -17,6 +17,7 @@ from billiard_shot.calibration.fit import (
     FitProblem,
     followed,
     Launch,
+    reach_of,
     search_fit,
     sought_in,
 )
@@ -163,6 +164,15 @@ def test_numbers_at_a_bound_are_named(few):
     values = np.clip(problem.start * [1.0, 0.0, 1.0, 1.0, 1.0], *problem.bounds)
     found = followed(problem, values, launches, FIRST_SCALES)
     assert at_bounds(found) == ['table.cushion.early_fading']
+
+
+def test_intervals_are_finite_of_a_number_that_no_shot_tells(few):
+    problem = problem_of(few, ['cloth.sliding_friction', 'cue.mass'])._replace(careful=True)
+    samples = [samples_of(shot, 1.0, FIT_PERIOD) for shot in few.shots[:2]]
+    launches = [Launch(each, np.zeros(5 + 2 * len(each.balls))) for each in samples]
+    found = followed(problem, problem.start, launches, FIRST_SCALES)
+    assert not found.shares[1].any()
+    assert np.isfinite(reach_of(found)).all()
 
 
 def test_the_name_of_a_section_stands_for_its_numbers():
