@@ -140,12 +140,21 @@ def people_at_rails(picture):
     return picture
 
 
+def scoreboard(picture):
+    """A strip over the bed, along the near rail."""
+    return cv2.rectangle(picture, (128, 302), (512, 326), (20, 20, 60), -1)
+
+
 @pytest.mark.parametrize(
-    ('view', 'change'),
-    [(BEHIND, lambda picture: picture), (SMALL, people_at_rails)],
-    ids=['from behind', 'people at the rails'],
+    ('view', 'change', 'most'),
+    [
+        (BEHIND, lambda picture: picture, 5e-3),
+        (SMALL, people_at_rails, 5e-3),
+        (BEHIND, scoreboard, 3e-2),  # it hides what tells where the near nose is
+    ],
+    ids=['from behind', 'people at the rails', 'a scoreboard'],
 )
-def test_a_table_is_found_as_broadcasts_show_it(view, change):
+def test_a_table_is_found_as_broadcasts_show_it(view, change, most):
     """Pockets and people hide corners of the cloth, and the far rail is narrow."""
     scene = Scene.load('pool_table')
     table = find_table(change(still('pool_table', view=view, cloth='green')), scene)
@@ -153,7 +162,7 @@ def test_a_table_is_found_as_broadcasts_show_it(view, change):
     pixels = view.pixel(np.insert(at, 2, scene.ball.radius, axis=1))
     seen = table.camera.to_plane(pixels, scene.ball.radius)
     turned = np.sign(seen[-1, 0])  # which end is the foot is not seen
-    np.testing.assert_allclose(turned * seen, at, atol=5e-3)
+    np.testing.assert_allclose(turned * seen, at, atol=most)
 
 
 def test_balls_that_touch_are_two():
