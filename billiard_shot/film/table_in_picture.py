@@ -68,7 +68,7 @@ LEAST_SIGHTS = 6
 """Fewer sights are not used."""
 
 MOST_OFF = 4.0
-"""Edges and sights that are off by more median deviations are left out."""
+"""Edges and sights that are off by more median deviations do not fit."""
 
 WORST_FIT = 2.5
 """Median of the errors of noses and sights that is no table [px]."""
@@ -137,7 +137,7 @@ def find_table(picture: Bytes, scene: Scene, corners: Floats | None = None) -> F
     except (ValueError, cv2.error) as error:
         raise NoTableError(f'no camera sees a table with these corners: {error}') from None
     smooth = cv2.GaussianBlur(picture, (0, 0), 0.7).astype(np.float32)
-    holes, sights, notes = outline.holes[:, :2], NO_SIGHTS, []
+    holes, sights = outline.holes[:, :2], NO_SIGHTS
     for number, reach in enumerate(SEARCHES):
         edges = _noses(smooth, camera, half, outline.height, holes, reach)
         if number > 0:
@@ -146,17 +146,11 @@ def find_table(picture: Bytes, scene: Scene, corners: Floats | None = None) -> F
     off = np.abs(errors)
     if not len(off) or np.median(off) > WORST_FIT:
         raise NoTableError('the edges in the picture do not fit a table of this size')
-    limit = MOST_OFF * max(float(np.median(off)), 0.1)
-    kept, pairs = off[: len(edges.at)] < limit, off[len(edges.at) :].reshape(-1, 2)
-    good = (pairs < limit).all(axis=1)
-    notes.append(f'{kept.sum()} of {len(kept)} points of noses, {good.sum()} sights fit')
-    edges = Edges(edges.at[kept], edges.pixel[kept], edges.across[kept])
+    kept = off < MOST_OFF * max(float(np.median(off)), 0.1)
+    count, good = len(edges.at), kept[len(edges.at) :].reshape(-1, 2).all(axis=1)
+    note = f'{kept[:count].sum()} of {count} points of noses, {good.sum()} sights fit'
     sights = Sights(sights.at[good], sights.pixel[good])
-    if len(sights.at) < LEAST_SIGHTS:
-        sights = NO_SIGHTS
-        notes.append('too few sights to be used')
-    camera, errors = fit_camera(camera, half, outline.height, edges, sights)
-    return FoundTable(camera, sights, float(np.sqrt((errors**2).mean())), tuple(notes))
+    return FoundTable(camera, sights, float(np.sqrt((errors[kept] ** 2).mean())), (note,))
 
 
 def cloth_corners(picture: Bytes) -> Floats:
