@@ -105,7 +105,6 @@ ENTRIES = (
     'billiard_shot.table.run.task:play_tables',
     'billiard_shot.planning.score:measure_tables',
     'billiard_shot.planning.direct_shots:find_direct_shots',
-    'billiard_shot.planning.shots:count_open_pockets',
     'billiard_shot.shot.stroke:write_strokes',
     'billiard_shot.shot.lowest_elevation:write_clear_elevations',
 )

@@ -3,13 +3,11 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-import math
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from billiard_shot.compiled import entry, inner
 from billiard_shot.notebook import Tabular
 from billiard_shot.planning.direct_shots import (
     CentralStrikes,
@@ -21,26 +19,21 @@ from billiard_shot.planning.direct_shots import (
     STRIKE_SPEEDS,
 )
 from billiard_shot.planning.pockets import (
-    ARRIVALS,
     AXES,
-    ball_fits,
-    example_tables,
     LEGAL,
     NO_BALL,
     openings_of,
-    pot_of,
     PRESENT,
-    TableView,
 )
 from billiard_shot.planning.problem import limits_of
 from billiard_shot.planning.within_noise import noise_of, strike_alone
-from billiard_shot.records import Array, as_rows, column, Floats, Storage
+from billiard_shot.records import Array, as_rows, column, Storage
 from billiard_shot.scene import Noise, Scene, SceneLike
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.scene.player import A, B, ELEVATION, offset_columns, OFFSETS, SPEED
 from billiard_shot.shot.effects import model_of, StrikeModel
 from billiard_shot.shot.lowest_elevation import raising_of
-from billiard_shot.table.model.geometry import PackedTable, POCKETS
+from billiard_shot.table.model.geometry import POCKETS
 from billiard_shot.table.motion.cloth import rolling_share
 from billiard_shot.table.run.effects import params_on_table
 from billiard_shot.table.run.layout import lay_out
@@ -194,23 +187,14 @@ def shots(
     return DirectShots(tables.names, len(tables), rows)
 
 
-def _packed_tables(
-    storage: Storage, scene: Scene, places: Array, kinds: NDArray[np.int64]
-) -> tuple[Any, ...]:
-    """Return layout, openings, axes, places and kinds as entries take them, see `TableView`."""
-    params, table = params_on_table(scene)
-    return (
-        lay_out(storage, params, table),
-        *map(storage.array, (openings_of(params, table), AXES, places, kinds)),
-    )
-
-
 def arguments_of(
     storage: Storage, scene: Scene, noise: Noise, places: Array, kinds: NDArray[np.int64], cue: int
 ) -> tuple[Any, ...]:
     """Return the arguments of `find_direct_shots` for tables of a scene and a player."""
+    params, table = params_on_table(scene)
     return (
-        *_packed_tables(storage, scene, places, kinds),
+        lay_out(storage, params, table),
+        *map(storage.array, (openings_of(params, table), AXES, places, kinds)),
         cue,
         _player(storage, scene, noise, kinds.shape[1]),
         storage.records(DirectShot, POCKETS * int((kinds == LEGAL).sum()) + 1),
@@ -295,90 +279,3 @@ def strikes_of(model: StrikeModel) -> CentralStrikes:
         rolling_across=rolling,
         side=turning[..., 2],
     )
-
-
-@inner
-def is_open(seen: TableView, ball: int, pocket: int) -> bool:
-    """
-    Whether a ball can be sent into a pocket.
-
-    A direction to the pocket is free, and the cue ball has room where it meets the ball.
-    """
-    pot = pot_of(seen, ball, pocket, ball, ARRIVALS[0])
-    if pot.half <= 0.0:
-        return False
-    diameter = 2.0 * seen.params.radius
-    ghost_x = seen.places[ball][0] - diameter * math.cos(pot.into)
-    ghost_y = seen.places[ball][1] - diameter * math.sin(pot.into)
-    if not ball_fits(seen, ghost_x, ghost_y):
-        return False
-    for k in range(len(seen.kinds)):
-        u, v = seen.places[k][0] - ghost_x, seen.places[k][1] - ghost_y
-        if k != ball and seen.kinds[k] != NO_BALL and u * u + v * v < diameter * diameter:
-            return False
-    return True
-
-
-def _example(storage: Storage) -> tuple[Any, ...]:
-    return *example_tables(storage), storage.array(np.zeros((1, 1), np.int64))
-
-
-@entry(_example)
-def count_open_pockets(
-    layout: PackedTable, openings: Floats, axes: Floats, places: Floats, kinds: Any, counts: Any
-) -> None:
-    """
-    Count the open pockets of balls of many tables.
-
-    Parameters
-    ----------
-    layout, openings, axes
-        See `TableView`.
-    places : (tables, balls, 2) floats
-        Centres of the balls [m].
-    kinds : (tables, balls) ints
-        NO_BALL, PRESENT, or LEGAL: the balls to be looked at.
-    counts : (tables, balls) ints, written
-
-    """
-    for t in range(len(places)):
-        numbers, holes = layout.numbers[0], layout.pockets
-        seen = TableView(layout.params, numbers, holes, openings, axes, places[t], kinds[t])
-        for ball in range(len(kinds[t])):
-            count = 0
-            if kinds[t][ball] == LEGAL:
-                for pocket in range(POCKETS):
-                    if is_open(seen, ball, pocket):
-                        count += 1
-            counts[t][ball] = count
-
-
-def open_pockets(scene: Scene, tables: TableStates, which: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """
-    Count the pockets into which balls can be sent.
-
-    Parameters
-    ----------
-    scene : Scene
-        Its table, and the radius of its balls.
-    tables : TableStates
-        (n,) Balls that are in the way; give them without the cue ball, which moves.
-    which : (n, balls) bool array
-        The balls to be looked at.
-
-    Returns
-    -------
-    (n, balls) int array
-        0 for the other balls.
-
-    """
-    places, kinds = places_and_kinds(tables, which)
-    openings_of(*params_on_table(scene))  # once, before the threads
-
-    def count(part: slice) -> NDArray[np.int64]:
-        run = count_open_pockets.current()
-        counts = run.storage.array(np.zeros_like(kinds[part]))
-        run(*_packed_tables(run.storage, scene, places[part], kinds[part]), counts)
-        return np.asarray(counts)
-
-    return np.concatenate(in_threads(count, len(tables)))

@@ -19,7 +19,6 @@ from billiard_shot import (
 )
 from billiard_shot.planning.pockets import ANGLES, HOLE_SPEEDS, openings_of
 from billiard_shot.planning.result import kind_of
-from billiard_shot.planning.shots import open_pockets
 from billiard_shot.planning.targets import Gate, Hit, Pass, Pot, Rest
 from billiard_shot.planning.within_noise import play_within_noise
 from billiard_shot.scene import Noise
@@ -281,51 +280,3 @@ def test_a_ball_that_touches_the_struck_one_is_a_combination():
 def test_a_cushion_counts_only_before_the_target(target, kind):
     shot = predict('pool_table', Stroke.from_offsets(b=0.1, elevation_deg=5, speed=2))
     assert kind_of(shot, target) == kind
-
-
-# --- into how many pockets balls can be sent: what closes a pocket to a ball ---------------------
-
-TABLE = Scene.load('pool_table')
-RADIUS, LENGTH = TABLE.ball.radius, TABLE.table.length
-AT_CUSHION = 0.5 * LENGTH - 1.05 * RADIUS
-
-
-def count(**balls):
-    """Pockets that are open to the ball b1."""
-    names = tuple(balls)
-    position = [[(x, y, RADIUS) for x, y in balls.values()]]
-    which = np.array([[name == 'b1' for name in names]])
-    found = open_pockets(TABLE, TableStates(names, position), which)
-    assert found[~which].sum() == 0
-    return int(found[which][0])
-
-
-def test_all_pockets_are_open_to_a_ball_in_the_middle():
-    assert count(b1=(0.0, 0.0)) == 6
-
-
-def test_a_ball_at_a_cushion_goes_along_it_and_away_from_it_to_no_pocket():
-    # the cue ball has no room behind it, but for the two corners of its own cushion
-    assert count(b1=(AT_CUSHION, 0.0)) == 2
-
-
-@pytest.mark.parametrize('side', [1.0, -1.0])
-def test_a_ball_in_the_way_closes_a_pocket_and_so_does_one_where_the_cue_ball_has_to_be(side):
-    assert count(b1=(0.0, 0.0), b2=(0.3, side * 0.5)) == 6
-    assert count(b1=(0.0, 0.0), b2=(0.0, side * 0.2)) == 5
-    assert count(b1=(0.0, 0.0), b2=(0.0, side * 0.08)) == 4
-
-
-def test_a_ball_in_the_middle_of_a_row_at_a_cushion_is_blocked():
-    beside = 2.01 * RADIUS
-    assert count(b1=(AT_CUSHION, 0.0), b2=(AT_CUSHION, beside), b3=(AT_CUSHION, -beside)) == 0
-
-
-def test_absent_balls_are_not_in_the_way():
-    position = np.full((2, 2, 3), RADIUS)
-    position[:, 0, :2], position[:, 1, :2] = (0.0, 0.0), (0.0, 0.08)
-    present = np.array([[True, True], [True, False]])
-    which = np.array([[True, False]] * 2)
-    found = open_pockets(TABLE, TableStates(('b1', 'b2'), position, present=present), which)
-    assert found.tolist() == [[4, 0], [6, 0]]
-    assert open_pockets(TABLE, TableStates(('b1',), np.zeros((0, 1, 3))), which[:0, :1]).size == 0
