@@ -125,7 +125,7 @@ def test_an_unknown_game_is_refused():
         find_game('snooker')
     with pytest.raises(ValueError, match='is not a module with GAME'):
         find_game('json.decoder')
-    with pytest.raises(ValueError, match=r"package\.module, got 'nine_bal'; .* is nine_ball$"):
+    with pytest.raises(ValueError, match=r"or its path, got 'nine_bal'; .* is nine_ball$"):
         find_game('nine_bal')
     for name in ('../../x', '.json', 'json.', 'json..decoder'):
         with pytest.raises(ValueError, match='or a module such as'):
