@@ -9,6 +9,7 @@ MODULES = {path.stem for path in Path(__file__).parent.glob('*.py')}
 if __name__ == '__main__':
     name = sys.argv.pop(1) if len(sys.argv) > 1 else ''
     module = import_module(f'billiard_shot.ros.{name}') if name in MODULES else None
-    if not hasattr(module, 'main'):
+    main = getattr(module, 'main', None)
+    if main is None:
         sys.exit(f'the program must be a node or a client, such as planner, got {name!r}')
-    module.main()
+    main()
