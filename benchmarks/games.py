@@ -53,38 +53,23 @@ PRACTICE = {
     f'practice-{balls}': Series('practice', NINE_FOOT, ('player',), balls, 60, goal)
     for balls, goal in ((1, 0.97), (3, 0.97), (5, 0.95), (8, 0.92), (15, 0.85))
 }
-HALF = 'player:effort=0.5'
 GAMES = {
-    f'{game}-{name}': Series(game, SEVEN_FOOT, players, None, full, goal)
-    for name, players, full, goal in (
-        ('greedy', ('player', 'greedy'), 200, 0.85),
-        ('greedy-half', (HALF, 'greedy'), 100, 0.85),
-        ('self', ('player', 'player'), 200, 0.0),
-        ('self-half', (HALF, HALF), 100, 0.0),
-    )
+    f'{game}-greedy': Series(game, SEVEN_FOOT, ('player', 'greedy'), None, 200, 0.85)
     for game in ('eight_ball', 'nine_ball')
 }
 GHOST = {
-    f'{game}{name}': Series(game, SEVEN_FOOT, (player,), None, 100, goal)
-    for name, player, goal in (('', 'player', 0.8), ('-half', HALF, 0.0))
+    game: Series(game, SEVEN_FOOT, ('player',), None, 100, 0.8)
     for game in ('eight_ball_ghost', 'nine_ball_ghost', 'ten_ball_ghost')
 }
 ABLATION = {
     f'practice-8-{name}': Series('practice', NINE_FOOT, (player,), 8, 60)
     for name, player in (
         ('double', 'player:effort=2'),
-        ('half', HALF),
-        ('one-ply', f'{HALF},plies=1'),
-        ('no-leave', f'{HALF},plies=0'),
-    )
-} | {
-    f'eight_ball-{name}': Series('eight_ball', SEVEN_FOOT, (f'{HALF},{option}', other), None, 100)
-    for name, option, other in (
-        ('no-safety', 'safe=false', HALF),
-        ('hasty', 'seconds=0.3', 'greedy'),
+        ('half', 'player:effort=0.5'),
+        ('one-ply', 'player:plies=1'),
+        ('no-leave', 'player:plies=0'),
     )
 }
-HASTY = 'eight_ball-hasty'
 HEADING = '## Another simulator\n'  # of a section that arena.py writes
 SERIES = PRACTICE | GAMES | GHOST | ABLATION
 
@@ -270,20 +255,11 @@ def as_page(racks):
         '|---|---|---|',
     ]
     for key in ('practice-8', *ABLATION):
-        series = SERIES[key]
-        if racks[key] and series.game == 'practice':
+        if racks[key]:
             player = first_player(racks[key])
             lines.append(
-                f'| `{series.players[0]}` | {share(player["wins"], len(racks[key]))} | '
+                f'| `{SERIES[key].players[0]}` | {share(player["wins"], len(racks[key]))} | '
                 f'{times(player)} |'
-            )
-    lines += ['', '| eight-ball | won | CPU time (s) |', '|---|---|---|']
-    for key, series in ABLATION.items():
-        if racks[key] and series.game != 'practice':
-            player = first_player(racks[key])
-            lines.append(
-                f'| `{series.players[0]}` against `{series.players[1]}` | '
-                f'{share(player["wins"], len(racks[key]))} | {times(player)} |'
             )
     other = (DOCS / 'games.md').read_text('utf-8').partition(HEADING)[2].partition('\n## ')[0]
     lines += [
@@ -315,9 +291,7 @@ def as_page(racks):
         '| stated | kept the turn | with new errors |',
         '|---|---|---|',
     ]
-    # With hardly any time the first strokes are played by the chances of direct shots alone.
-    own = {key: racks[key] for key in SERIES if key != HASTY}
-    for stated, shots, came in calibration(own):
+    for stated, shots, came in calibration(racks):
         if len(shots) < FEW:
             continue
         new = ''
@@ -345,7 +319,7 @@ def draw_rack(record, scene, path):
 
 def drawn(racks):
     """Draw a rack of eight-ball: the first one that the breaker ran out, or any."""
-    candidates = racks['eight_ball-self'] or racks['eight_ball-greedy']
+    candidates = racks['eight_ball-greedy']
     if not candidates:
         return []
     rack = max(candidates, key=lambda rack: all(shot.state['player'] == 0 for shot in rack.shots))
