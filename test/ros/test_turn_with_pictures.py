@@ -27,7 +27,7 @@ NODES = {
         *('-r', 'table_state:=simulated_table'),
     ),
     'table_camera': ON_ROBOT_TABLE,
-    'table_tracker': (*ON_ROBOT_TABLE, '-p', 'lost_after:=5.0'),  # pictures may pause
+    'table_tracker': (*ON_ROBOT_TABLE, '-p', 'lost_after:=1.5'),  # of a busy machine
     'predictor': (),
 }
 BALLS = {'1': (1.245, 0.61), '3': (-1.245, -0.61), '6': (1.245, -0.61)}
