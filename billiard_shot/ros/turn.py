@@ -396,8 +396,9 @@ class Turn:
                 outcome = self.table.record() if result.measured else None
                 ruling = self._ruling(state, decision, shot_id, places, unseen, outcome)
             self._judged(state, decision, ruling, shot_id)
-            left = ruling.state.balls.keys() & places.keys()
-            if unseen and (problem := self.table.forget_all_but(left)):
+            gone = outcome.gone if outcome else frozenset()
+            left = ruling.state.balls.keys() & places.keys() - gone
+            if (unseen or gone & places.keys()) and (problem := self.table.forget_all_but(left)):
                 self.tell(TurnStage.WATCH, problem, shot_id, {})
         if ended and self.state.player == state.player and not self.state.over:
             raise ended
@@ -413,7 +414,9 @@ class Turn:
     ) -> Ruling | None:
         """Judge by what is known of a shot, or by what somebody says; None if more is seen now."""
         if outcome and outcome.gone.issuperset(unseen):
-            return judge(state, decision.call, replace(outcome, places=places))
+            # The tracker may still tell of a ball that has fallen.
+            lying = {ball: at for ball, at in places.items() if ball not in outcome.gone}
+            return judge(state, decision.call, replace(outcome, places=lying))
         if unseen:
             balls = ', '.join(f'ball {name!r}' for name in unseen)
             question = f'{balls} not seen: potted? If not, let the camera see it'

@@ -271,6 +271,18 @@ def test_a_turn_says_that_the_tracker_cannot_forget_a_potted_ball():
     assert told[-1] == (TurnStage.WATCH, said)
 
 
+def test_a_ball_that_has_fallen_is_gone_though_the_tracker_still_tells_of_it():
+    """A simulated table knows first; the turn would wait for the ball in vain."""
+    fallen = Outcome(first_contact='1', pocketed=(('1', 'foot_left'),))
+    client = Client(BALLS, dict(BALLS))
+    turn, _ = turn_of(client, game_of('practice'))
+    turn.table.record = lambda: fallen
+    client.call = lambda *_, **__: setattr(client, 'seen', without('1'))
+    turn._go_on()
+    assert turn.shots[0].gone == ['1']
+    assert client.balls().keys() == turn.state.balls.keys() == without('1').keys()
+
+
 def test_nobody_needs_to_answer_once_the_camera_sees_the_ball():
     client = Client(BALLS, dict(BALLS), hidden=['1'])
     turn, told = turn_of(client, game_of('practice'), lambda: setattr(client, 'hidden', ()))
