@@ -1,7 +1,6 @@
 """The shaft of a cue: squirt, several hits in miscues, and the limit of a free end."""
 
 from dataclasses import replace
-import json
 import math
 
 from moving_strike import strike
@@ -14,7 +13,6 @@ from billiard_shot.game.state import outcome_of
 from billiard_shot.impact import Body, collide, Contact
 from billiard_shot.scene import Effects
 from billiard_shot.shot.effects import model_of, springs
-from billiard_shot.shot.replay import from_json, to_json
 
 CLOTH = {'restitution': 0.5, 'friction': 0.2, 'duration': 0.7e-3}
 
@@ -294,17 +292,3 @@ def test_a_second_hit_near_another_ball_is_a_double_hit_however_soon(gap):
     soon = [shot for shot in shots if shot.double_hit is not None and shot.double_hit < 5e-3]
     assert soon or gap == 1e-4
     assert all(outcome_of(shot).double_hit for shot in soon)
-
-
-@pytest.mark.parametrize('scene', [PLAYING, SLOW])
-def test_shots_of_files_without_the_times_of_touch_are_read(scene):
-    """A second hit in the strike was always a double hit then."""
-    shot = predict(scene, CHATTERING)
-    data = json.loads(to_json(shot))
-    for name in ('chatter', 'double_hit', 'tip_time', 'cloth_time'):
-        del data['strike'][name]
-    read = from_json(json.dumps(data))
-    assert read.double_hit == (0.0 if shot.chatter else None)
-    assert (read.chatter, read.tip_time) == (False, 0.0)
-    assert 'touch' not in str(read)
-    assert (read.velocity == shot.velocity).all()
