@@ -248,7 +248,7 @@ def _of_scene(parameter: Parameter) -> Unknown:
 
 class FitProblem(NamedTuple):
     """
-    What is fitted.
+    Model and numbers of a fit, and how far it reaches.
 
     Attributes
     ----------

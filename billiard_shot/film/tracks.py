@@ -46,7 +46,7 @@ ALIVE = 2.0
 @dataclass(slots=True, eq=False)
 class Path:
     """
-    What was seen of a spot.
+    The places where a spot was seen, picture after picture.
 
     Attributes
     ----------

@@ -279,7 +279,7 @@ def best_next(
     Returns
     -------
     chance : (tables,) float array
-        Of the shot, 0 if there is none.
+        Of the chosen shot; 0 if no shot is possible.
     left : (tables, 2) int array
         With its ball as one of those that are easy.
 
