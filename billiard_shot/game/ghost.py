@@ -21,7 +21,8 @@ def ghost(game: Game) -> Game:
         after = ruling.state
         breaks = state.phase == 'break'
         won = after.winner == state.player
-        keeps = breaks or after.player == state.player
+        # After a third foul in straight pool the same player breaks again.
+        keeps = breaks or (after.player == state.player and not ruling.fouls)
         goes_on = keeps and not after.over
         counts = keeps and not ruling.fouls
         fallen = len(outcome.fallen) - len(ruling.spot) if counts else 0

@@ -217,6 +217,13 @@ def test_the_first_miss_and_the_first_foul_end_the_rack(game):
         assert (ended.over, ended.winner, ended.scores[0]) == (True, None, 0)
 
 
+def test_a_third_foul_ends_a_run_in_straight_pool():
+    """The same player would break again; so the rack went on, without a cue ball."""
+    state = replace(in_break(RUNS), phase='second', in_hand='', fouls=(2, 0))
+    ended = judge(state, Call(), Outcome(None, places=state.balls)).state
+    assert (ended.over, ended.winner) == (True, None)
+
+
 @pytest.mark.parametrize('game', GHOSTS)
 def test_the_last_ball_wins(game):
     state = in_break(game)
