@@ -34,7 +34,7 @@ GOAL, MOST = 95.0, 2.0  # wins [%]; difference of stated and kept chances [point
 
 
 def fitted(folder):
-    """Return the scene that fits pooltool, and what is known of its fit."""
+    """Return the scene that fits pooltool, and the description of its fit."""
     path, facts = folder / 'scene.yaml', folder / 'fit.json'
     if not facts.exists():
         began = process_time()

@@ -92,7 +92,7 @@ class Storage(Protocol):
     """Storage of records and arrays: in objects and lists, or in arrays."""
 
     def __hash__(self) -> int:
-        """Return a hash, for functions that keep what they made."""
+        """Return a hash, for functions with a cache."""
 
     def records(self, kind: type[R], count: int) -> Any:
         """Return new records, all fields zero."""

@@ -325,7 +325,7 @@ def test_a_perfect_stroke_is_measured_as_planned():
 
 
 def test_a_stroke_measured_with_an_alignment_is_the_one_of_the_encoders_below_it():
-    """So strikes of an aligned driver give the whole alignment, not what is left of it."""
+    """So strikes of an aligned driver give the whole alignment, not a correction to it."""
     encoders = Stroke.from_offsets(0.1, -0.1, 0.3, 1.0, 2.0)
     aligned = Stroke.from_offsets(*stroke_on_table(SKEW, encoders, (0.2, 0.1), SCENE).tolist())
     other = Alignment(machine_x=0.01, speed_scale=1.05)

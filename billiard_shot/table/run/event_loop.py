@@ -293,7 +293,7 @@ def meet_edge(
     """
     Let a ball that touches a nose, facing or arc collide with it, or begin to press it.
 
-    Its segment began at (x, y): a nose that it touched there is none that it is driven to.
+    Its segment began at (x, y): the ball is not driven to a nose that it touched there.
     """
     n, lies = table.numbers, ball.position[2] == table.params.radius
     moved = abs(ball.position[0] - x if feature < 2 else ball.position[1] - y)

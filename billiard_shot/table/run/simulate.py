@@ -76,8 +76,8 @@ class TableBatch(Tabular):
     cushions : (tables, balls) int array
         Straight cushions that each ball met.
     last_cushion : (tables, balls) float array
-        When each ball was last driven to a cushion or a jaw [s]; -inf: never. A nose that a
-        ball touches already is none that it is driven to.
+        When each ball was last driven to a cushion or a jaw [s]; -inf: never. A ball is not
+        driven to a nose that it already touches.
     met_time : (tables, balls) float array
         When ball 0 met each ball first [s]; inf: never.
     met_after : (tables, balls) int array
