@@ -35,7 +35,9 @@ class Status(IntEnum):
         return self >= 100
 
 
-# Compiled code uses integers instead of enumerations.
+# Compiled code uses integers instead of enumerations. Comparisons with arrays do so, too: for a
+# member, NumPy asks the enumeration for methods of arrays, which runs Python up to version 3.11,
+# and a Ctrl+C that comes meanwhile is lost with the error that NumPy expects.
 OK = int(Status.OK)
 INFINITE_SEQUENCE = int(Status.INFINITE_SEQUENCE)
 NEGATIVE_ENERGY = int(Status.NEGATIVE_ENERGY)

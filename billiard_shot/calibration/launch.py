@@ -50,7 +50,7 @@ from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import nose_standoff
 from billiard_shot.scene.player import A, B, with_errors
 from billiard_shot.shot.effects import model_of as strike_model_of
-from billiard_shot.status import Status
+from billiard_shot.status import OFF_TABLE, OK
 from billiard_shot.table.model.geometry import BallClothParams, TableParams
 from billiard_shot.table.run.effects import params_on_table
 from billiard_shot.table.run.results import BallState, EventKind
@@ -299,7 +299,7 @@ def ways_of(model: CalibrationModel, samples: Samples, launches: Floats) -> Floa
     played = run_tables(task._replace(times=times))
     places = model.frame(samples).to_recording(played.places[:, samples.ball, samples.at, :2])
     status = played.tables['status']
-    places[(status != Status.OK) & (status != Status.OFF_TABLE)] = np.inf
+    places[(status != OK) & (status != OFF_TABLE)] = np.inf
     return places
 
 

@@ -40,7 +40,7 @@ from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.effects import model_of, StrikeModel
 from billiard_shot.shot.shot import Shot
 from billiard_shot.table.model.cue import UP
-from billiard_shot.table.model.motion import Cause, Motion
+from billiard_shot.table.model.motion import Motion, RELEASE
 from billiard_shot.table.run.results import EventKind
 
 SAMPLES_PER_MOTION = 12  # of each motion of each ball
@@ -117,7 +117,7 @@ def _times(trails: Trails, names: list[str]) -> Array:
     times = np.unique(np.concatenate([ends, inner.ravel(), before]))
     for name in names:
         rows = trails.balls[name].rows
-        for end in np.flatnonzero(rows['cause'] == Cause.RELEASE):
+        for end in np.flatnonzero(rows['cause'] == RELEASE):
             times = times[(times < rows['time'][end - 1]) | (times >= rows['time'][end])]
     return times
 

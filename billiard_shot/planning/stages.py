@@ -34,7 +34,7 @@ from billiard_shot.scene.player import AZIMUTH, ELEVATION
 from billiard_shot.shot.effects import StrikeModel
 from billiard_shot.shot.play import Accuracy, alone, task_of
 from billiard_shot.shot.stroke import vectors_of
-from billiard_shot.status import Status
+from billiard_shot.status import OK
 from billiard_shot.table.model.motion import BallRule
 from billiard_shot.table.run.results import Trajectory
 from billiard_shot.table.run.task import run_recorded
@@ -94,7 +94,7 @@ def simulate_curves(model: StrikeModel, strokes: Array) -> Curves:
     task = task_of(alone(model), *vectors_of(strokes), None, accuracy, rules=rules)
     run = run_recorded(task)
     ends = run.tables['segments']
-    usual = (run.tables['status'] == Status.OK) & ~run.cues['miscue'] & ~run.tables['double_hit']
+    usual = (run.tables['status'] == OK) & ~run.cues['miscue'] & ~run.tables['double_hit']
     kept = np.flatnonzero(usual & (np.diff(ends, prepend=0) <= MAX_SEGMENTS))
     motions = np.split(run.segments, ends[:-1])
     paths = [Trajectory(motions[i].copy()) for i in kept]

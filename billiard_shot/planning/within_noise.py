@@ -19,7 +19,7 @@ from billiard_shot.scene.player import A, AZIMUTH, B, NOISES, SPEED
 from billiard_shot.shot.effects import StrikeModel
 from billiard_shot.shot.play import Accuracy, play, prepared_scene, strike, StrokeBatch
 from billiard_shot.shot.stroke import playable_offsets, read_rows, vectors_of
-from billiard_shot.status import Status
+from billiard_shot.status import MISS, OK
 from billiard_shot.table.run.states import TableStates
 from billiard_shot.table.run.task import in_threads
 from billiard_shot.table.strike.placement import (
@@ -111,9 +111,9 @@ def strike_alone(
 ) -> StrikeOutcomes:
     """Strike the ball with strokes (n, 5), see `vectors_of`."""
     cues = strike(model, *vectors_of(strokes), tolerance)
-    refused = cues['status'] >= Status.MISS
+    refused = cues['status'] >= MISS
     played = np.where(refused, np.nan, 1.0)
-    regular = (cues['status'] == Status.OK) & ~cues['miscue'] & (cues['hits'] == 1)
+    regular = (cues['status'] == OK) & ~cues['miscue'] & (cues['hits'] == 1)
     velocity, spin = (played[:, np.newaxis] * cues[name] for name in ('velocity', 'spin'))
     fails = refused | cues['miscue'] | (cues['double_hit'] == 0.0)
     return StrikeOutcomes(

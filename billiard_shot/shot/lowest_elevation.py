@@ -15,7 +15,7 @@ from billiard_shot.scene.fields import as_float, as_floats
 from billiard_shot.scene.player import B, ELEVATION
 from billiard_shot.shot.play import prepared_scene, task_of, USUAL_ACCURACY
 from billiard_shot.shot.stroke import playable_offsets, read_rows, vectors_of, write_vectors
-from billiard_shot.status import CUE_THROUGH_BALL, CUE_THROUGH_CLOTH, CUE_THROUGH_CUSHION, Status
+from billiard_shot.status import CUE_THROUGH_BALL, CUE_THROUGH_CLOTH, CUE_THROUGH_CUSHION, OK
 from billiard_shot.table.run.event_loop import PLACED
 from billiard_shot.table.run.task import run_tables
 from billiard_shot.table.strike.placement import (
@@ -172,7 +172,7 @@ def lowest_elevation(
     strokes = playable_offsets(strokes)
     first, margins = np.full(len(strokes), margin), Margins(0.0, margin)
     strokes[:, ELEVATION] = first_clear(scene, strokes, first, STEEPEST, margins, place)
-    playable = refusals_in(scene, *vectors_of(strokes), place) == Status.OK
+    playable = refusals_in(scene, *vectors_of(strokes), place) == OK
     return np.where(playable, strokes[:, ELEVATION], np.inf)
 
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from billiard_shot.numerics import rounding
 from billiard_shot.scene import Effects, Scene
 from billiard_shot.table.model.geometry import BallClothParams, GATE_OFF, GATE_ON, TableParams
-from billiard_shot.table.model.motion import Motion
+from billiard_shot.table.model.motion import FLIGHT, ROLL, SLIDE
 from billiard_shot.table.run.layout import ball_cloth_params, table_params
 from billiard_shot.table.run.results import EventKind, TableEvent, TableRun
 
@@ -172,7 +172,7 @@ def bounce(shot: EffectContext) -> Verdict:
 
 def _flies(rows: NDArray[np.void]) -> bool:
     """Whether a ball falls freely in some of its segments."""
-    return bool(((rows['motion'] == Motion.FLIGHT) & (rows['acceleration'][:, 2] != 0.0)).any())
+    return bool(((rows['motion'] == FLIGHT) & (rows['acceleration'][:, 2] != 0.0)).any())
 
 
 def _rise(shot: EffectContext, up: float) -> str:
@@ -187,7 +187,7 @@ def _rise(shot: EffectContext, up: float) -> str:
 )
 def slide(shot: EffectContext) -> Verdict:
     """Look for balls that slide."""
-    return _balls_that('slip on the cloth', shot, lambda rows: rows['motion'] == Motion.SLIDE)
+    return _balls_that('slip on the cloth', shot, lambda rows: rows['motion'] == SLIDE)
 
 
 @gate(
@@ -197,7 +197,7 @@ def slide(shot: EffectContext) -> Verdict:
 )
 def roll(shot: EffectContext) -> Verdict:
     """Look for balls that roll."""
-    return _balls_that('come to roll', shot, lambda rows: rows['motion'] == Motion.ROLL)
+    return _balls_that('come to roll', shot, lambda rows: rows['motion'] == ROLL)
 
 
 @gate(

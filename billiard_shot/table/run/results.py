@@ -124,7 +124,7 @@ class Trajectory:
     @property
     def comes_to_rest(self) -> bool:
         """Whether the ball comes to rest, on the table, in a pocket or off it."""
-        return self.rows['motion'][-1] in (Motion.REST, Motion.POCKETED, Motion.OFF_TABLE)
+        return self.rows['motion'][-1] in (motion.REST, motion.POCKETED, motion.LEFT_TABLE)
 
     @property
     def duration(self) -> float:

@@ -16,7 +16,7 @@ from billiard_shot.scene import Scene, SceneLike
 from billiard_shot.scene.fields import as_floats, LARGEST, positive, whole
 from billiard_shot.scene.scene import rows_of_parameters
 from billiard_shot.status import Status
-from billiard_shot.table.model.motion import Motion, NOTHING
+from billiard_shot.table.model.motion import LEFT_TABLE, NOTHING, POCKETED
 from billiard_shot.table.run.effects import params_on_table
 from billiard_shot.table.run.results import count_in_words, plural, POCKET_NAMES, TableRun
 from billiard_shot.table.run.states import (
@@ -115,7 +115,7 @@ class TableBatch(Tabular):
     @property
     def states(self) -> TableStates:
         """The balls as they rest on the table, without those that fell or left it."""
-        on_table = self.motion < Motion.POCKETED
+        on_table = self.motion < POCKETED
         return TableStates(self.names, self.final_position, present=on_table)
 
     @property
@@ -133,7 +133,7 @@ class TableBatch(Tabular):
     @property
     def off_table(self) -> NDArray[np.bool_]:
         """Whether each ball (tables, balls) left the table."""
-        off: NDArray[np.bool_] = self.motion == Motion.OFF_TABLE
+        off: NDArray[np.bool_] = self.motion == LEFT_TABLE
         return off
 
     @cached_property
