@@ -6,12 +6,15 @@ from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
 import logging
-from multiprocessing import active_children, get_context, parent_process
+from multiprocessing import active_children, parent_process
+from multiprocessing.context import SpawnContext, SpawnProcess
 import os
 import signal
+import sys
 from threading import Thread
 from typing import Any, ClassVar, TypeVar
 
+from billiard_shot.cli.output import interruptible
 from billiard_shot.scene.fields import whole_number
 
 T = TypeVar('T')
@@ -89,7 +92,7 @@ def working(workers: int, dask: str | None) -> Iterator[Executor | None]:
 def _processes(workers: int) -> Iterator[Executor]:
     # Fresh processes: a fork of a process with threads can hang.
     others = active_children()
-    pool = ProcessPoolExecutor(workers, get_context('spawn'), begin_work)
+    pool = ProcessPoolExecutor(workers, _Workers(), begin_work)
     try:
         yield pool
     except BaseException:
@@ -98,6 +101,26 @@ def _processes(workers: int) -> Iterator[Executor]:
         raise
     finally:
         pool.shutdown(cancel_futures=True)
+
+
+class _Worker(SpawnProcess):
+    """A process whose start no Ctrl+C cuts short: half started, it would end with a traceback."""
+
+    def start(self) -> None:
+        """Start the process; a Ctrl+C that came meanwhile is raised afterwards."""
+        with interruptible() as pressed:
+            if sys.platform == 'win32':
+                super().start()
+            else:  # until `begin_work` runs, a terminal's Ctrl+C would reach the process as well
+                before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+                super().start()
+                signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        if pressed():
+            raise KeyboardInterrupt
+
+
+class _Workers(SpawnContext):
+    Process = _Worker
 
 
 def begin_work() -> None:
