@@ -130,6 +130,15 @@ class _Problem(NamedTuple):
         errors[np.isnan(errors).any(axis=1)] = 10.0 * np.abs(self.wanted).max()
         return errors, azimuth, factor
 
+    def moves_towards(self, offsets: Array) -> bool:
+        """
+        Whether a stroke of offsets and elevations (n, 3) moves the ball towards the wanted motion.
+
+        Only such a motion comes nearer than rest to it. There is none straight down.
+        """
+        strokes = np.column_stack([offsets, np.ones(len(offsets))])
+        return bool((self.project(strokes)[2] > 0.0).any())
+
     def with_speeds(self, offsets: Array) -> Array:
         """Add the best speeds to offsets and elevations (n, 3), as far as it scales the motion."""
         unknowns = np.column_stack([offsets, np.ones(len(offsets))])
@@ -187,18 +196,29 @@ class _Problem(NamedTuple):
         return residual <= EXACT * self.size
 
     def solve(self) -> tuple[float, Array]:
-        """Find the smallest residual and its solution, from guesses or quasi-random starts."""
-        found = self.refine(self.best_of(_guesses(self.scene, self.wanted), GUESSES), THOROUGH)
+        """
+        Find the smallest residual and its solution, from guesses or quasi-random starts.
+
+        The residual is infinite if neither moves the ball towards the wanted motion.
+        """
+        guesses = _guesses(self.scene, self.wanted)
+        if not (self.moves_towards(guesses) or self.moves_towards(_starts())):
+            return math.inf, guesses[0]
+        found = self.refine(self.best_of(guesses, GUESSES), THOROUGH)
         if not self.exact(found[0][0]):
-            draws = quasi_random(STARTS, 3)
-            radius, angle = RIM * np.sqrt(draws[:, 0]), 2.0 * np.pi * draws[:, 1]
-            starts = np.column_stack(
-                [radius * np.cos(angle), radius * np.sin(angle), 0.49 * np.pi * draws[:, 2]]
-            )
-            nearer = self.refine(self.best_of(starts, PURSUED), BRIEF)
+            nearer = self.refine(self.best_of(_starts(), PURSUED), BRIEF)
             ends = np.array([x for _, x in nearer[:FINISHED]])
             found = sorted(found + self.refine(ends, THOROUGH), key=lambda each: each[0])
         return found[0]
+
+
+def _starts() -> Array:
+    """Quasi-random offsets and elevations (STARTS, 3)."""
+    draws = quasi_random(STARTS, 3)
+    radius, angle = RIM * np.sqrt(draws[:, 0]), 2.0 * np.pi * draws[:, 1]
+    return np.column_stack(
+        [radius * np.cos(angle), radius * np.sin(angle), 0.49 * np.pi * draws[:, 2]]
+    )
 
 
 def _guesses(scene: Scene, wanted: Array) -> Array:

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from billiard_shot import invert_strike, predict, Scene, Stroke
+from billiard_shot.planning import inverse
 from billiard_shot.planning.within_noise import strike_alone
 from billiard_shot.shot.effects import model_of
 from billiard_shot.shot.stroke import vectors_of
@@ -126,3 +127,13 @@ def test_strikes_are_those_of_predict():
 def test_what_makes_no_sense_is_named(arguments, named):
     with pytest.raises(ValueError, match=f'^{named} must .*, got '):
         invert_strike(ONE_HIT, **arguments)
+
+
+@pytest.mark.parametrize('scene', ['pool', 'paper'])
+def test_no_stroke_straight_down_is_searched(scene, monkeypatch):
+    """A refusal took seconds: a hundred refinements, each of which ended at the least speed."""
+    monkeypatch.delattr(inverse._Problem, 'refine')
+    with pytest.raises(ValueError, match='comes nearer than a ball at rest'):
+        invert_strike(scene, (0, 0, -3))
+    with pytest.raises(AttributeError, match='refine'):  # a spin about the vertical can be met
+        invert_strike(scene, (0, 0, -3), (0, 0, 5))
