@@ -359,7 +359,7 @@ def _end(state: State, decision: Decision, ruling: Ruling) -> str:
     if state.phase == 'break':
         return 'break'
     game, success = state.game, decision.success
-    silent = game.pockets and not game.calls and decision.call.ball is None
+    silent = game.pockets and not (game.calls or game.players == 1 or decision.call.ball)
     if decision.call.passes or (silent and success is not None):
         return 'safety'
     return 'leave' if success is not None and success < EVEN else 'miss'

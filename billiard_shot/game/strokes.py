@@ -196,7 +196,11 @@ def all_round(scene: Scene) -> Array:
 
 
 def hit_something(scene: Scene, state: State) -> Decision:
-    """Decide on any stroke that meets a legal ball first; none if there is no such stroke."""
+    """
+    Decide on any stroke that meets a legal ball first; none if there is no such stroke.
+
+    It is not to keep the turn: a call says so, or else the stated chance.
+    """
     targets = state.game.targets(state)
     for offsets in (towards(scene, targets), all_round(scene)):
         run = predict_batch(scene, offsets=offsets)
@@ -207,7 +211,8 @@ def hit_something(scene: Scene, state: State) -> Decision:
             stroke = Stroke.from_offsets(*offsets[legal[-1]].tolist())
             alone = state.game.players == 1  # then a safety ends the visit, and with it the rack
             call = Call(safety=True) if state.game.calls and not alone else NO_CALL
-            return Decision(stroke, call, reason='no direct shot')
+            success = None if call.passes else 0.0
+            return Decision(stroke, call, success=success, reason='no direct shot')
     return Decision(reason='no stroke meets a legal ball')
 
 

@@ -335,6 +335,23 @@ def test_a_safety_is_played_only_with_two_players_and_if_allowed():
     assert not hit_something(scene_of(TABLE, alone), alone).call.safety
 
 
+@pytest.mark.parametrize(
+    ('game', 'success', 'end'),
+    [('nine_ball', 0.0, 'safety'), ('eight_ball', None, 'safety'), ('practice', 0.0, 'leave')],
+)
+def test_a_stroke_for_want_of_a_direct_shot_is_no_miss(game, success, end):
+    """All balls lie at the middle of the foot cushion, straight ahead of the cue ball."""
+    names = ('1', '2', '9')
+    balls = {'cue': (-0.9, 0.0)} | {ball: (0.96, 0.06 * i) for i, ball in enumerate(names, -1)}
+    state = replace(start(game, TABLE), balls=balls, phase='play', in_hand='')
+    agent = Greedy(TABLE, 1)
+    decision = agent.decide(state)
+    assert (decision.reason, decision.success) == ('no direct shot', success)
+    first = RackRecord(game, 0, 1, ('one', 'two')[: state.game.players], (), state.to_dict())
+    nothing_falls = lambda *_: Outcome('1', to_cushion={'1'}, places=balls)  # noqa: E731
+    assert next(play_on(first, TABLE, [agent] * 2, nothing_falls)).shots[0].end == end
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(('game', 'kept'), [('eight_ball', 0.75), ('nine_ball', 0.85)])
 def test_breaks_pot_a_ball_and_do_not_scratch(game, kept):
