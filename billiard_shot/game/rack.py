@@ -219,7 +219,7 @@ def play_on(
     """
     state = State.from_dict(record.state, game)
     while not state.over and len(record.shots) < MAX_SHOTS:
-        agent, errors = agents[state.player], agent_errors(record.seed, record.number, state)
+        agent, errors = agents[state.player], agent_errors(record.seed, record.number, state.shots)
         own = scene_for(scene, record.players[state.player])
         seen, decision, ruling, times = take_shot(state, own, agent, errors, simulator)
         if not decision.choice:
@@ -285,24 +285,26 @@ def take_shot(
     return ShotExecution(seen, decision, ruling, times)
 
 
-def agent_errors(seed: int, number: int, state: State) -> np.random.Generator:
+def agent_errors(seed: int, number: int, shots: int) -> np.random.Generator:
     """
-    Return the source of the errors of a shot.
+    Return the source of the errors of a shot, before which so many were played.
 
     It depends on the seed, the rack, and the number of the shot in the rack only. Two racks in
     turn, in which the players take turns to break, have the same errors and balls.
     """
-    return np.random.default_rng([seed, number // 2, state.shots])
+    return np.random.default_rng([seed, number // 2, shots])
 
 
 def replayed(record: RackRecord, scene: Scene) -> Iterator[tuple[PlayedShot, Shot]]:
     """Predict the strokes of a rack again, with the errors that `simulated` gave them."""
     for shot in record.shots:
-        if shot.offsets:
-            state = State.from_dict(shot.state)
-            own = scene_for(scene, record.players[state.player])
-            at, stroke = scene_of(own, state), Stroke.from_offsets(*shot.offsets)
-            errors = agent_errors(record.seed, record.number, state)
+        if shot.offsets:  # the rules of its game do not count, and may not be there
+            own = scene_for(scene, record.players[shot.state['player']])
+            at, stroke = (
+                replace(own, balls=shot.state['balls']),
+                Stroke.from_offsets(*shot.offsets),
+            )
+            errors = agent_errors(record.seed, record.number, shot.state['shots'])
             yield shot, predict(at, at.noise.perturb(stroke, errors, at.ball.radius))
 
 

@@ -108,6 +108,19 @@ def test_a_rack_is_replayed_with_its_errors():
         assert judge(state, Call(**played.call), shot).text == played.text
 
 
+def test_a_rack_of_a_game_that_no_module_has_is_replayed():
+    own = replace(find_game('practice'), name='mine')
+    record = play(Pairing(own, TABLE, ('greedy',), balls=2), 0)
+    record = RackRecord.from_dict(json.loads(json.dumps(record.to_dict())))
+    shown = list(replayed(record, TABLE))
+    assert len(shown) == len(record.shots)
+    for played, shot in shown:
+        assert (
+            judge(State.from_dict(played.state, own), Call(**played.call), shot).text
+            == played.text
+        )
+
+
 class Illegal:
     def __init__(self, **answer):
         self.answer = answer
