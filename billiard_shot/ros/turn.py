@@ -394,11 +394,13 @@ class Turn:
                 unseen = [name for name in others if name in state.balls]
                 # A simulated table does not hear of a strike that was not measured.
                 outcome = self.table.record() if result.measured else None
-                ruling = self._ruling(state, decision, shot_id, places, unseen, outcome)
+                gone = outcome.gone if outcome else frozenset()
+                # The tracker may still tell of a ball that has fallen.
+                lying = {ball: place for ball, place in places.items() if ball not in gone}
+                ruling = self._ruling(state, decision, shot_id, lying, unseen, outcome)
             self._judged(state, decision, ruling, shot_id)
-            gone = outcome.gone if outcome else frozenset()
-            left = ruling.state.balls.keys() & places.keys() - gone
-            if (unseen or gone & places.keys()) and (problem := self.table.forget_all_but(left)):
+            left = ruling.state.balls.keys() & lying.keys()
+            if (unseen or lying != places) and (problem := self.table.forget_all_but(left)):
                 self.tell(TurnStage.WATCH, problem, shot_id, {})
         if ended and self.state.player == state.player and not self.state.over:
             raise ended
@@ -414,9 +416,7 @@ class Turn:
     ) -> Ruling | None:
         """Judge by what is known of a shot, or by what somebody says; None if more is seen now."""
         if outcome and outcome.gone.issuperset(unseen):
-            # The tracker may still tell of a ball that has fallen.
-            lying = {ball: at for ball, at in places.items() if ball not in outcome.gone}
-            return judge(state, decision.call, replace(outcome, places=lying))
+            return judge(state, decision.call, replace(outcome, places=places))
         if unseen:
             balls = ', '.join(f'ball {name!r}' for name in unseen)
             question = f'{balls} not seen: potted? If not, let the camera see it'
