@@ -41,6 +41,14 @@ THINNEST = math.cos(math.radians(80.0))  # cosine of the largest cut that is tri
 # Speeds [m/s], elevations, and their step [rad], of `CentralStrikes`.
 STRIKE_SPEEDS = 0.5, 5.0
 ELEVATION_COUNT, ELEVATION_STEP = 25, math.radians(2.5)
+# Wider intervals of paths [rad] are searched for the throw, in so many steps to each side. Their
+# ends may be beside the directions that pot by this share of half of the width of these.
+NARROW_PATHS, PATH_STEPS, SLACK = 0.1, 16, 0.1
+# rad: where the balls meet while the tip still pushes, the cue ball turns along the other ball,
+# and friction acts at other slips. So much the ball then leaves beside the throw that is stated:
+# the root mean square of strikes at 0.7 to 5 m/s, with gaps of 0.2 to 3 mm and cuts up to 70
+# degrees.
+PUSHED_ERROR = math.radians(0.8)
 
 
 @record
@@ -82,6 +90,7 @@ class PlayerRecord(NamedTuple):
     sigma_azimuth: float  # rad
     sigma_speed: float  # m/s
     sigma_balls: float  # m, of the places of balls
+    pushing: float  # s that the tip pushes the cue ball
     slowest: float  # m/s, limits of the speed
     fastest: float
     lowest: float  # rad, of the elevation
@@ -146,6 +155,39 @@ def paths_of(seen: TableView, cue: int, ball: int, aim: Aim, half: float) -> Dir
     wanted = Directions(aim.ahead + aim.path, low, high)
     x, y = seen.places[cue][0], seen.places[cue][1]
     return free_directions(seen, cue, ball, x, y, aim.run, wanted)
+
+
+@inner
+def thrown_within(
+    seen: TableView, aim: Aim, paths: Directions, into: float, half: float
+) -> Directions:
+    """
+    Cut an interval of paths to those that send the ball within `half` of a direction [rad].
+
+    Where the balls nearly touch, the line of centres is nearly the same for all paths, but the
+    throw is not. From the path of `aim`, each end goes as far as the throw allows.
+    """
+    if paths.high - paths.low < NARROW_PATHS:
+        return paths
+    ahead, low, high = paths
+    for k in range(PATH_STEPS + 1):
+        if thrown_beside(seen, aim, ahead + low * k / PATH_STEPS, into) > half:
+            low *= max(k - 1, 0) / PATH_STEPS
+            break
+    for k in range(PATH_STEPS + 1):
+        if thrown_beside(seen, aim, ahead + high * k / PATH_STEPS, into) > half:
+            high *= max(k - 1, 0) / PATH_STEPS
+            break
+    return Directions(ahead, low, high)
+
+
+@inner
+def thrown_beside(seen: TableView, aim: Aim, path: float, into: float) -> float:
+    """Angle between where a path of the cue ball sends the ball, and a direction [rad]."""
+    cut = cut_of_path(aim.distance, 2.0 * seen.params.radius, path - aim.ahead)
+    rolls = rolling_after(seen.params, speed_to_arrive(seen.params, aim.run, aim.speed), aim.run)
+    turn = throw_angle(seen, cut, aim.speed, aim.speed * rolls, 0.0)
+    return abs(wrapped(path + cut + turn - into))
 
 
 @inner
@@ -276,6 +318,8 @@ def rate_stroke(
     # the places of both balls turn the line between them, as errors of the azimuth do
     apart = player.sigma_balls / aim.distance
     square = player.sigma_azimuth * player.sigma_azimuth + by_side * by_side + 2.0 * apart * apart
+    if run < 0.5 * begins * player.pushing:
+        square += PUSHED_ERROR * PUSHED_ERROR / (lever * lever)
     sigma = math.sqrt(square)
     chance = within(half, sigma)
 
@@ -310,6 +354,7 @@ def rate_shot(
     if aim.run < 0.0:
         return False
     paths = paths_of(seen, cue, ball, aim, pot.half)
+    paths = thrown_within(seen, aim, paths, pot.into, (1.0 + SLACK) * pot.half)
     half = 0.5 * (paths.high - paths.low)
     if half <= 0.0:
         return False
@@ -337,7 +382,7 @@ def _example(storage: Storage) -> tuple[Any, ...]:
     return (
         *example_tables(storage),
         0,
-        PlayerRecord(strikes, *(1.0,) * 7, raising, storage.zeros(5)),
+        PlayerRecord(strikes, *(1.0,) * 8, raising, storage.zeros(5)),
         storage.records(DirectShot, 1),
     )
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from billiard_shot.impact.options import BISTIFFNESS
 from billiard_shot.notebook import Tabular
 from billiard_shot.planning.direct_shots import (
     CentralStrikes,
@@ -232,7 +233,8 @@ def _player(storage: Storage, scene: Scene, noise: Noise, balls: int) -> PlayerR
     """Collect the strokes, the limits and the errors of a player, at tables with n balls."""
     limits = limits_of(scene, None, noise)
     robot, margins = limits.robot, limits.margins
-    strikes = strikes_of(model_of(scene))
+    model = model_of(scene)
+    strikes = strikes_of(model)
     playable = np.isfinite(strikes).all(axis=(0, 1))
     steepest = ELEVATION_STEP * (int(np.argmin(np.append(playable, False))) - 1)
     lowest, highest = limits.elevations
@@ -247,6 +249,7 @@ def _player(storage: Storage, scene: Scene, noise: Noise, balls: int) -> PlayerR
         azimuth,
         speed,
         noise.balls,
+        model.tip_duration if model.law == BISTIFFNESS else 0.0,
         float(robot.speed_min),
         float(robot.speed_max),
         max(lowest, margins.elevation),

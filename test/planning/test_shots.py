@@ -175,6 +175,28 @@ def test_stated_chances_are_those_of_exact_strokes():
     assert np.abs(error).mean() < 0.06
 
 
+def test_stated_chances_hold_where_the_cue_ball_nearly_touches_the_ball():
+    """The throw then decides where the ball goes; the cue may push while the balls meet."""
+    draw = np.random.default_rng(6)
+    stated, measured = [], []
+    while len(stated) < 30:
+        gap, x, y = draw.uniform((2e-4, -0.9, -0.4), (1e-3, 0.9, 0.4))
+        apart = 2.0 * R + gap
+        corner = draw.choice([-1.27, 1.27]), draw.choice([-0.635, 0.635])
+        back = math.atan2(y - corner[1], x - corner[0])
+        back += draw.uniform(-1.0, 1.0) * math.acos(2.0 * R / apart)
+        scene = table_with(cue=(x + apart * math.cos(back), y + apart * math.sin(back)), b8=(x, y))
+        found = shots(scene, states_of(scene))
+        for i in np.flatnonzero(found.chance > 0.03)[:1]:
+            played = scene.noise.sample(found.offsets[i], 30, draw, R)
+            batch = predict_batch(scene, offsets=played, tolerance=1e-3)
+            falls = batch.pocket[:, batch.names.index('8')] == found.pocket[i]
+            stated.append(found.chance[i])
+            measured.append(falls.mean())
+    assert abs(np.mean(stated) - np.mean(measured)) < 0.13
+    assert sum(np.greater(stated, 0.9) & np.less(measured, 0.1)) <= 1
+
+
 def test_chances_know_the_errors_of_places():
     """Those of a camera, and those that a fit left in `model_error`."""
     scene, sigma, count = table_with(cue=(-0.3, 0.1), b8=(0.7, 0.3)), 0.003, 400
