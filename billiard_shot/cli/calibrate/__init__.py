@@ -1,1 +1,0 @@
-"""Commands that fit scenes to recordings, a module a command."""
