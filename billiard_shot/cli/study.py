@@ -6,27 +6,11 @@ import math
 from pathlib import Path
 from typing import Any
 
-from billiard_shot import Scene
-from billiard_shot.cli import output
+from billiard_shot import Scene, study
+from billiard_shot.cli import output, shots
 from billiard_shot.cli.options import Command, option
-from billiard_shot.cli.shots import (
-    OfUsualScene,
-    scene_name,
-    STROKE_OPTIONS,
-    strokes_from_options,
-    strokes_given,
-)
 from billiard_shot.pictures.study import draw_accuracy, draw_effects
 from billiard_shot.scene.fields import whole_number
-from billiard_shot.study import (
-    comparison_count,
-    cost_of_accuracy,
-    EffectStudy,
-    sample_strokes,
-    SHOT_TOLERANCES,
-    study_accuracy,
-    study_effects,
-)
 from billiard_shot.table.run.results import plural
 
 
@@ -73,20 +57,17 @@ class OfAccuracyStudy:
 
 def run_accuracy(options: argparse.Namespace) -> int:
     """Compare tolerances, to choose one: measure, print, draw."""
-    name = scene_name(options)
+    name = shots.scene_name(options)
     scene = Scene.load(name)
-    studied = list(
-        output.progress(
-            study_accuracy(scene, count=options.count), 'accuracy', len(SHOT_TOLERANCES)
-        )
-    )
+    compared = study.study_accuracy(scene, count=options.count)
+    studied = list(output.progress(compared, 'accuracy', len(study.SHOT_TOLERANCES)))
     if output.wants_text(options):
         print(f'scene {name}, {options.count} random strokes')
     output.print_rows(TOLERANCE_COLUMNS, [asdict(each) for each in studied], options)
     output.print_footer(
-        f'Result: {cost_of_accuracy(studied)}. Errors are those of the place of rest of the cue '
-        'ball without the other balls. Processor times are those of a strike on endless cloth, of '
-        'a shot without the other balls, and of a shot with all balls.',
+        f'Result: {study.cost_of_accuracy(studied)}. Errors are those of the place of rest of the '
+        'cue ball without the other balls. Processor times are those of a strike on endless '
+        'cloth, of a shot without the other balls, and of a shot with all balls.',
         options,
     )
     if options.picture:
@@ -95,7 +76,7 @@ def run_accuracy(options: argparse.Namespace) -> int:
 
 
 accuracy = Command(
-    (OfUsualScene('eight_ball'), OfAccuracyStudy(), output.OfFormat()), run_accuracy
+    (shots.OfUsualScene('eight_ball'), OfAccuracyStudy(), output.OfFormat()), run_accuracy
 )
 
 
@@ -122,25 +103,25 @@ class OfEffectsStudy:
 
 def run_effects(options: argparse.Namespace) -> int:
     """Measure, print, draw."""
-    name = scene_name(options)
+    name = shots.scene_name(options)
     scene = Scene.load(name)
-    if strokes_given(options):
-        played = list(strokes_from_options(options, scene).values())
+    if shots.strokes_given(options):
+        played = list(shots.strokes_from_options(options, scene).values())
         about = f'scene {name}, {plural(len(played), "stroke")}'
     else:
-        played = sample_strokes(scene, options.count)
+        played = study.sample_strokes(scene, options.count)
         about = f'scene {name}, {plural(len(played), "sample stroke")}'
-    with output.reporting('effects', comparison_count(played)) as report:
-        studies = study_effects(scene, played, options.tolerance, report=report)
+    with output.reporting('effects', study.comparison_count(played)) as report:
+        studies = study.study_effects(scene, played, options.tolerance, report=report)
     if not studies[0].changes:
         raise ValueError('strokes: none of them can be played; see billiard-shot predict')
     if output.wants_text(options):
         print(about)
     single = len(studies[0].changes) == 1
     if single:
-        output.print_rows(ONE, [_of_one(study) for study in studies], options)
+        output.print_rows(ONE, [_of_one(effect) for effect in studies], options)
     else:
-        output.print_rows(MANY, [_of_many(study) for study in studies], options)
+        output.print_rows(MANY, [_of_many(effect) for effect in studies], options)
     output.print_footer(COLUMNS_MEAN if single else f'{COLUMNS_MEAN} {OF_MANY}', options)
     if options.picture:
         draw_effects(studies, options.picture, about)
@@ -156,10 +137,10 @@ COLUMNS_MEAN = (
 OF_MANY = 'Values are medians of the strokes that call for the effect; largest: of all strokes.'
 
 
-def _of_one(study: EffectStudy) -> dict[str, Any]:
-    change = study.changes[0]
+def _of_one(effect: study.EffectStudy) -> dict[str, Any]:
+    change = effect.changes[0]
     return {
-        'effect': study.name,
+        'effect': effect.name,
         'simulated': change.simulated,
         'cost': change.time,
         'steps': change.steps,
@@ -169,17 +150,17 @@ def _of_one(study: EffectStudy) -> dict[str, Any]:
     }
 
 
-def _of_many(study: EffectStudy) -> dict[str, Any]:
+def _of_many(effect: study.EffectStudy) -> dict[str, Any]:
     row: dict[str, Any] = {
-        'effect': study.name,
-        'simulated': study.simulated,
-        'strokes': len(study.changes),
-        'cost': study.median('time'),
-        'steps': study.median('steps'),
-        'simulated_if': study.needs,
+        'effect': effect.name,
+        'simulated': effect.simulated,
+        'strokes': len(effect.changes),
+        'cost': effect.median('time'),
+        'steps': effect.median('steps'),
+        'simulated_if': effect.needs,
     }
     for key, field in (('position_change', 'distance'), ('direction_change', 'turn')):
-        row |= {key: study.median(field), f'{key}_largest': study.largest(field)}
+        row |= {key: effect.median(field), f'{key}_largest': effect.largest(field)}
     return row
 
 
@@ -223,5 +204,6 @@ MANY = (
 )
 
 effects = Command(
-    (OfUsualScene('pool'), OfEffectsStudy(), *STROKE_OPTIONS, output.OfFormat()), run_effects
+    (shots.OfUsualScene('pool'), OfEffectsStudy(), *shots.STROKE_OPTIONS, output.OfFormat()),
+    run_effects,
 )

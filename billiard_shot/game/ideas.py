@@ -6,26 +6,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from billiard_shot.game import valuation
 from billiard_shot.game.state import Call, NO_CALL, State
 from billiard_shot.game.strokes import all_round, call_of, raised, towards
-from billiard_shot.game.valuation import (
-    EQUAL,
-    rule_on,
-    RuledBatch,
-    second_ply,
-    Skills,
-    values,
-)
+from billiard_shot.planning import within_noise
 from billiard_shot.planning.plan import candidates
 from billiard_shot.planning.problem import places_around
 from billiard_shot.planning.shots import DirectShots
 from billiard_shot.planning.targets import Pot
-from billiard_shot.planning.within_noise import (
-    along_azimuth,
-    play_within_noise,
-    predict_within_noise,
-    strike_alone,
-)
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene
 from billiard_shot.scene.placement import CUE_BALL
@@ -44,7 +32,7 @@ class Position(NamedTuple):
 
     state: State
     scene: Scene
-    skills: Skills = EQUAL
+    skills: valuation.Skills = valuation.EQUAL
 
 
 class Idea(NamedTuple):
@@ -75,7 +63,7 @@ class Rating(NamedTuple):
 
 def rule_strokes(
     position: Position, run: StrokeBatch, calls: Sequence[Call], plies: int = 1
-) -> tuple[RuledBatch, NDArray[np.bool_], Array]:
+) -> tuple[valuation.RuledBatch, NDArray[np.bool_], Array]:
     """
     Rule on strokes that were played, m for each of n calls, one call after the other.
 
@@ -85,9 +73,9 @@ def rule_strokes(
     state, scene, skills = position
     shape = len(calls), len(run.status) // len(calls)
     every = [call for call in calls for _ in range(shape[1])]
-    batch = rule_on(state, every, run)
+    batch = valuation.rule_on(state, every, run)
     kept = batch.keeps(state.player)
-    value = values(scene, state.player, batch, skills) if plies else kept.astype(float)
+    value = valuation.values(scene, state.player, batch, skills) if plies else kept.astype(float)
     return batch, kept.reshape(shape), value.reshape(shape)
 
 
@@ -129,9 +117,9 @@ def rate(
     return rated
 
 
-def _second(position: Position, batch: RuledBatch, first: Array) -> Array:
+def _second(position: Position, batch: valuation.RuledBatch, first: Array) -> Array:
     state, scene, skills = position
-    return second_ply(scene, state.player, batch, first, skills)
+    return valuation.second_ply(scene, state.player, batch, first, skills)
 
 
 def _tried(scene: Scene, strokes: Array, samples: int, draw: np.random.Generator) -> StrokeBatch:
@@ -143,7 +131,7 @@ def _tried(scene: Scene, strokes: Array, samples: int, draw: np.random.Generator
     """
     sigma = scene.noise.balls
     if not sigma or scene.table is None:
-        return predict_within_noise(scene, strokes)
+        return within_noise.predict_within_noise(scene, strokes)
     names = tuple(sorted(scene.balls, key=lambda ball: ball != CUE_BALL))
     believed, radius = np.array([scene.balls[name] for name in names]), scene.ball.radius
     half = 0.5 * np.array([scene.table.length, scene.table.width]) - radius
@@ -152,7 +140,7 @@ def _tried(scene: Scene, strokes: Array, samples: int, draw: np.random.Generator
     position = np.full((*places.shape[:2], 3), radius)
     position[..., :2] = places
     tables = TableStates(names, np.tile(position, (len(strokes) // samples, 1, 1)))
-    return play_within_noise(scene, strokes, scene.noise.sigmas(radius), tables)
+    return within_noise.play_within_noise(scene, strokes, scene.noise.sigmas(radius), tables)
 
 
 SPEED_FACTORS = 0.75, 1.0, 1.4, 2.0  # relative to the speed of the direct shot
@@ -209,7 +197,7 @@ def pots(
     tried = np.repeat(offsets[:, np.newaxis], len(AIM_CHANGES), axis=1)
     tried[..., AZIMUTH] += turns
     calls = [call_of(direct, number) for number in shot.tolist()]
-    run = predict_within_noise(scene, tried.reshape(-1, 5))
+    run = within_noise.predict_within_noise(scene, tried.reshape(-1, 5))
     batch, kept, value = rule_strokes(position, run, calls, plies)
     # Aim at the middle of the directions that pot.
     count = np.maximum(kept.sum(axis=1), 1)
@@ -242,7 +230,7 @@ def _aimed(
     offsets, playable = raised(scene, offsets)
     offsets, shot = offsets[playable], shot[playable]
     aside = offsets[:, A] != 0.0  # without side spin the ball goes straight on
-    offsets[aside] = along_azimuth(model_of(scene), offsets[aside])
+    offsets[aside] = within_noise.along_azimuth(model_of(scene), offsets[aside])
     return offsets, shot
 
 
@@ -259,7 +247,7 @@ def indirect_pots(position: Position) -> list[Idea]:
     offsets = found.offsets[found.penalty == 0.0]
     if not len(offsets):
         return []
-    run = predict_within_noise(scene, offsets)
+    run = within_noise.predict_within_noise(scene, offsets)
     balls = [run.names.index(ball) for ball in wanted]
     first = np.argmax(run.pocket[:, balls] != NOTHING, axis=1)
     calls = [
@@ -288,7 +276,7 @@ def safeties(position: Position) -> list[Idea]:
     kinds = [Call(safety=True) if state.game.calls else NO_CALL]
     if state.phase == 'second':
         kinds.append(Call(push_out=True))
-    result, found = predict_within_noise(scene, offsets), []
+    result, found = within_noise.predict_within_noise(scene, offsets), []
     for kind in kinds:
         calls = [kind] * len(offsets)
         _, _, value = rule_strokes(position, result, calls)
@@ -305,7 +293,9 @@ def variations(idea: Idea, count: int, draw: np.random.Generator) -> list[Idea]:
     offsets[:, AZIMUTH] += scene.noise.sigmas(scene.ball.radius)[AZIMUTH] * change[:, 1]
     offsets[:, SPEED] *= np.exp(FASTER * change[:, 2])
     offsets, playable = raised(scene, offsets)
-    playable &= ~strike_alone(model_of(scene), offsets).fails  # with wider offsets tips slide
+    playable &= ~within_noise.strike_alone(
+        model_of(scene), offsets
+    ).fails  # with wider offsets tips slide
     playable &= np.hypot(offsets[:, A], offsets[:, B]) <= scene.robot.offset_max
     return _ideas(idea.position, offsets, [idea.call] * count, playable.astype(float))
 

@@ -15,7 +15,7 @@ from typing import Any, ClassVar, Self, TypeAlias, TypeVar
 
 import numpy as np
 
-from billiard_shot.scene import Scene
+from billiard_shot.scene import fields, Scene
 from billiard_shot.scene.errors import (
     found_in,
     InputError,
@@ -26,31 +26,11 @@ from billiard_shot.scene.errors import (
     refused,
     suggestion,
 )
-from billiard_shot.scene.fields import (
-    as_float,
-    boolean,
-    CheckedRecord,
-    choice,
-    name,
-    number,
-    places,
-    read,
-    TAKES,
-    whole,
-    whole_number,
-    write,
-)
 from billiard_shot.scene.placement import CUE_BALL, head_string, no_place, overlaps
 from billiard_shot.shot.shot import Shot
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.table.model.motion import FROZEN
-from billiard_shot.table.run.results import (
-    EventKind,
-    NOSE_NAMES,
-    POCKET_NAMES,
-    TableEvent,
-    TableRun,
-)
+from billiard_shot.table.run import results
 
 
 def names_in(folder: str) -> list[str]:
@@ -107,7 +87,7 @@ def _of_file(path: Path, attribute: str, what: str) -> Any:
 
 
 @dataclass(frozen=True, slots=True)
-class Call(CheckedRecord):
+class Call(fields.CheckedRecord):
     """
     The call of a player before a shot.
 
@@ -124,10 +104,10 @@ class Call(CheckedRecord):
 
     """
 
-    ball: str | None = name(nullable=True)
-    pocket: str = choice(*POCKET_NAMES, '', default='')
-    safety: bool = boolean(default=False)
-    push_out: bool = boolean(default=False)
+    ball: str | None = fields.name(nullable=True)
+    pocket: str = fields.choice(*results.POCKET_NAMES, '', default='')
+    safety: bool = fields.boolean(default=False)
+    push_out: bool = fields.boolean(default=False)
 
     @property
     def passes(self) -> bool:
@@ -224,9 +204,9 @@ class Outcome:
         for pair in self.pocketed:
             if isinstance(pair, str) or len(pair) != 2:
                 raise refused(pair, 'a ball and a pocket', 'pocketed')
-            if pair[1] not in (*POCKET_NAMES, ''):
-                near = suggestion(POCKET_NAMES, pair[1])
-                allowed = f'a pocket, one of {", ".join(POCKET_NAMES)}'
+            if pair[1] not in (*results.POCKET_NAMES, ''):
+                near = suggestion(results.POCKET_NAMES, pair[1])
+                allowed = f'a pocket, one of {", ".join(results.POCKET_NAMES)}'
                 raise refused(pair[1], allowed, 'pocketed', hint=near)
 
     @property
@@ -260,7 +240,7 @@ def outcome_of(shot: ShotLike) -> Outcome:
     return replace(outcome, miscue=shot.miscue)
 
 
-def outcome_of_run(run: TableRun, scene: Scene, *, double_hit: bool = False) -> Outcome:
+def outcome_of_run(run: results.TableRun, scene: Scene, *, double_hit: bool = False) -> Outcome:
     """Read the outcome of a simulated table whose cue ball is called `cue`."""
     kitchen_end = head_string(scene.table) if scene.table else -np.inf
     first = run.first_met.get(CUE_BALL)
@@ -269,13 +249,16 @@ def outcome_of_run(run: TableRun, scene: Scene, *, double_hit: bool = False) -> 
     from_kitchen = crossed = False
     cushions = 0
     for event in run.events:
-        if event.kind in (EventKind.BALL, EventKind.CLUSTER) and CUE_BALL in event.balls:
+        if (
+            event.kind in (results.EventKind.BALL, results.EventKind.CLUSTER)
+            and CUE_BALL in event.balls
+        ):
             if not met and first is not None:
                 x = run.balls[first].at(event.time).position[0]
                 from_kitchen = bool(x < kitchen_end) and not crossed
                 met[first] = cushions  # several balls may be met at once
             met |= {ball: cushions for ball in event.balls if ball not in {CUE_BALL, *met}}
-        elif event.kind == EventKind.CUSHION:
+        elif event.kind == results.EventKind.CUSHION:
             ball = event.balls[0]
             cushions += ball == CUE_BALL
             crossed |= ball == CUE_BALL and bool(event.position[0] >= kitchen_end)
@@ -294,9 +277,9 @@ def outcome_of_run(run: TableRun, scene: Scene, *, double_hit: bool = False) -> 
     )
 
 
-def _was_driven(run: TableRun, event: TableEvent, scene: Scene) -> bool:
+def _was_driven(run: results.TableRun, event: results.TableEvent, scene: Scene) -> bool:
     """Whether a ball that meets a cushion was not frozen to it from the beginning."""
-    if event.place not in NOSE_NAMES or scene.table is None:
+    if event.place not in results.NOSE_NAMES or scene.table is None:
         return True
     ball = run.balls[event.balls[0]]
     axis = 0 if event.place in ('foot', 'head') else 1
@@ -338,11 +321,11 @@ def _field(wanted: str, convert: Callable[[Any], Any], default: Any = None) -> A
         except (TypeError, ValueError):
             raise refused(value, wanted) from None
 
-    return dataclasses.field(default=default, metadata={TAKES: checked})
+    return dataclasses.field(default=default, metadata={fields.TAKES: checked})
 
 
 def _two_whole(value: Any, minimum: int) -> tuple[int, int]:
-    one, two = (whole('', each, minimum) for each in value)
+    one, two = (fields.whole('', each, minimum) for each in value)
     return one, two
 
 
@@ -359,7 +342,7 @@ def _groups(value: Any) -> tuple[str, str]:
 def _times(value: Any) -> tuple[float, float] | None:
     if value is None:
         return None
-    one, two = map(as_float, value)
+    one, two = map(fields.as_float, value)
     if not (math.isfinite(one) and math.isfinite(two)):
         raise ValueError
     return one, two
@@ -395,7 +378,7 @@ def added(pair: tuple[T, T], player: int, amount: T) -> tuple[T, T]:
 
 
 @dataclass(frozen=True, slots=True)
-class State(CheckedRecord):
+class State(fields.CheckedRecord):
     """
     A game before a shot.
 
@@ -440,14 +423,14 @@ class State(CheckedRecord):
     """
 
     RULES: ClassVar = (_of_its_game,)
-    game: Game = dataclasses.field(metadata={TAKES: _game})
-    length: float = number('m', above=0)
-    width: float = number('m', above=0)
-    radius: float = number('m', above=0)
-    balls: Mapping[str, tuple[float, float]] = places()
+    game: Game = dataclasses.field(metadata={fields.TAKES: _game})
+    length: float = fields.number('m', above=0)
+    width: float = fields.number('m', above=0)
+    radius: float = fields.number('m', above=0)
+    balls: Mapping[str, tuple[float, float]] = fields.places()
     player: int = _field('0 or 1', _player, 0)
-    phase: str = choice(*PHASES, default='break')
-    in_hand: str = choice(*IN_HAND, default='')
+    phase: str = fields.choice(*PHASES, default='break')
+    in_hand: str = fields.choice(*IN_HAND, default='')
     choices: tuple[str, ...] = _field(
         f'a list of {", ".join(map(repr, CHOICES))}, each at most once', _choices, ()
     )
@@ -458,15 +441,15 @@ class State(CheckedRecord):
     scores: tuple[int, int] = _field(
         'two whole numbers', lambda value: _two_whole(value, -(10**9)), (0, 0)
     )
-    target: int = whole_number(minimum=0, default=0)
+    target: int = fields.whole_number(minimum=0, default=0)
     time_left: tuple[float, float] | None = _field('two finite numbers (s)', _times)
-    over: bool = boolean(default=False)
+    over: bool = fields.boolean(default=False)
     winner: int | None = _field(
         '0, 1 or None', lambda value: None if value is None else _player(value)
     )
     breaker: int = _field('0 or 1', _player, 0)
-    shots: int = whole_number(minimum=0, default=0)
-    seed: int = whole_number(minimum=0, default=0)
+    shots: int = fields.whole_number(minimum=0, default=0)
+    seed: int = fields.whole_number(minimum=0, default=0)
 
     @property
     def other(self) -> int:
@@ -529,7 +512,7 @@ class State(CheckedRecord):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain dict that `from_dict` turns into an equal state."""
-        return {**write(self), 'game': self.game.name}
+        return {**fields.write(self), 'game': self.game.name}
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any], game: Game | None = None) -> Self:
@@ -539,7 +522,7 @@ class State(CheckedRecord):
         A game that no module has is to be given.
         """
         try:
-            return read(cls, data if game is None else {**data, 'game': game})
+            return fields.read(cls, data if game is None else {**data, 'game': game})
         except InputError as error:
             raise InputError(error.mistakes, 'state') from None
 

@@ -15,17 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot import machine_code
+from billiard_shot.planning import within_noise
 from billiard_shot.planning.problem import as_struck, Problem, tables_at
 from billiard_shot.planning.score import PENALTY_STEP
-from billiard_shot.planning.within_noise import (
-    accuracy_within,
-    bounds_of,
-    Box,
-    BoxFit,
-    fit_box,
-    Maps,
-    TRIALS,
-)
 from billiard_shot.records import Array
 from billiard_shot.scene.fields import as_floats
 from billiard_shot.shot.play import task_of
@@ -142,7 +134,7 @@ def simulate_strokes(
         problem.prepared,
         *vectors_of(strokes),
         None if places is None else tables_at(problem, places),
-        accuracy_within(problem.sigmas) if coarse else TRIALS,
+        within_noise.accuracy_within(problem.sigmas) if coarse else within_noise.TRIALS,
         mapped=mapped,
         rules=rules,
     )
@@ -198,7 +190,9 @@ class Runner:
         self._best_stroke: Stroke | None = None
         self.reserved = round(FINAL_RESERVE * budget)
         self.granted = 0  # strokes that may be evaluated although the time is up
-        self._maps = Maps(problem.model, bounds_of(problem.sigmas), problem.prepared.reaching)
+        self._maps = within_noise.Maps(
+            problem.model, within_noise.bounds_of(problem.sigmas), problem.prepared.reaching
+        )
         self._executor = executor
         self._problem, self._work = problem, partial(evaluate_strokes, problem, value=value)
         self.value = value
@@ -305,9 +299,9 @@ class Runner:
             for future in futures:
                 future.cancel()
 
-    def _fitted(self, boxes: list[Box]) -> Iterator[BoxFit]:
+    def _fitted(self, boxes: list[within_noise.Box]) -> Iterator[within_noise.BoxFit]:
         """Fit boxes of the map."""
-        return self.each(fit_box, [(self._maps.model, box) for box in boxes])
+        return self.each(within_noise.fit_box, [(self._maps.model, box) for box in boxes])
 
     def evaluate(
         self,

@@ -10,22 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from billiard_shot.impact.options import BISTIFFNESS
 from billiard_shot.notebook import Tabular
-from billiard_shot.planning.direct_shots import (
-    CentralStrikes,
-    DirectShot,
-    ELEVATION_COUNT,
-    ELEVATION_STEP,
-    find_direct_shots,
-    PlayerRecord,
-    STRIKE_SPEEDS,
-)
-from billiard_shot.planning.pockets import (
-    AXES,
-    LEGAL,
-    NO_BALL,
-    openings_of,
-    PRESENT,
-)
+from billiard_shot.planning import direct_shots, pockets
 from billiard_shot.planning.problem import limits_of
 from billiard_shot.planning.within_noise import noise_of, strike_alone
 from billiard_shot.records import Array, as_rows, column, Storage
@@ -171,16 +156,16 @@ def shots(
         raise ValueError(f'states must have the ball {CUE_BALL!r}, got {got}')
     places, kinds = places_and_kinds(tables, _legal(tables.names, tables.present.shape, legal))
     cue = tables.names.index(CUE_BALL)
-    kinds[:, cue] = np.minimum(kinds[:, cue], PRESENT)
-    kinds[~np.isfinite(places).all(axis=(1, 2)), cue] = NO_BALL
+    kinds[:, cue] = np.minimum(kinds[:, cue], pockets.PRESENT)
+    kinds[~np.isfinite(places).all(axis=(1, 2)), cue] = pockets.NO_BALL
     spread = noise_of(scene, noise)
-    openings_of(*params_on_table(scene))  # once, before the threads
+    pockets.openings_of(*params_on_table(scene))  # once, before the threads
 
     def find(part: slice) -> NDArray[np.void]:
-        run = find_direct_shots.current()
+        run = direct_shots.find_direct_shots.current()
         *given, found = arguments_of(run.storage, scene, spread, places[part], kinds[part], cue)
         count = run(*given, found)
-        rows = as_rows(DirectShot, found)[:count]
+        rows = as_rows(direct_shots.DirectShot, found)[:count]
         rows['table'] += part.start
         return rows
 
@@ -195,10 +180,12 @@ def arguments_of(
     params, table = params_on_table(scene)
     return (
         lay_out(storage, params, table),
-        *map(storage.array, (openings_of(params, table), AXES, places, kinds)),
+        *map(storage.array, (pockets.openings_of(params, table), pockets.AXES, places, kinds)),
         cue,
         _player(storage, scene, noise, kinds.shape[1]),
-        storage.records(DirectShot, POCKETS * int((kinds == LEGAL).sum()) + 1),
+        storage.records(
+            direct_shots.DirectShot, POCKETS * int((kinds == pockets.LEGAL).sum()) + 1
+        ),
     )
 
 
@@ -206,8 +193,8 @@ def places_and_kinds(
     tables: TableStates, legal: NDArray[np.bool_]
 ) -> tuple[Array, NDArray[np.int64]]:
     """Return where balls lie (tables, balls, 2) [m], and their kinds; `legal` marks balls."""
-    kinds = np.where(tables.present, PRESENT, NO_BALL)
-    kinds[tables.present & legal] = LEGAL
+    kinds = np.where(tables.present, pockets.PRESENT, pockets.NO_BALL)
+    kinds[tables.present & legal] = pockets.LEGAL
     return np.where(tables.present[..., np.newaxis], tables.position[..., :2], 0.0), kinds
 
 
@@ -229,22 +216,22 @@ def _legal(
     return np.array([name in wanted for name in names])
 
 
-def _player(storage: Storage, scene: Scene, noise: Noise, balls: int) -> PlayerRecord:
+def _player(storage: Storage, scene: Scene, noise: Noise, balls: int) -> direct_shots.PlayerRecord:
     """Collect the strokes, the limits and the errors of a player, at tables with n balls."""
     limits = limits_of(scene, None, noise)
     robot, margins = limits.robot, limits.margins
     model = model_of(scene)
     strikes = strikes_of(model)
     playable = np.isfinite(strikes).all(axis=(0, 1))
-    steepest = ELEVATION_STEP * (int(np.argmin(np.append(playable, False))) - 1)
+    steepest = direct_shots.ELEVATION_STEP * (int(np.argmin(np.append(playable, False))) - 1)
     lowest, highest = limits.elevations
     a, _, _, azimuth, speed = noise.sigmas(scene.ball.radius).tolist()
     raising = raising_of(storage, scene, min(highest, steepest), margins.elevation)
     obstacles = raising.obstacles._replace(balls=storage.zeros(balls, 2))
     stroke = np.zeros(len(OFFSETS))
     stroke[B] = -margins.b
-    return PlayerRecord(
-        CentralStrikes(*(storage.array(np.nan_to_num(each)) for each in strikes)),
+    return direct_shots.PlayerRecord(
+        direct_shots.CentralStrikes(*(storage.array(np.nan_to_num(each)) for each in strikes)),
         a,
         azimuth,
         speed,
@@ -259,11 +246,11 @@ def _player(storage: Storage, scene: Scene, noise: Noise, balls: int) -> PlayerR
 
 
 @lru_cache(maxsize=8)
-def strikes_of(model: StrikeModel) -> CentralStrikes:
+def strikes_of(model: StrikeModel) -> direct_shots.CentralStrikes:
     """Solve strokes in the middle; NaN where they fail."""
-    strokes = np.zeros((3, len(STRIKE_SPEEDS), ELEVATION_COUNT, 5))
-    strokes[..., ELEVATION] = ELEVATION_STEP * np.arange(ELEVATION_COUNT)
-    strokes[..., SPEED] = np.reshape(STRIKE_SPEEDS, (-1, 1))
+    strokes = np.zeros((3, len(direct_shots.STRIKE_SPEEDS), direct_shots.ELEVATION_COUNT, 5))
+    strokes[..., ELEVATION] = direct_shots.ELEVATION_STEP * np.arange(direct_shots.ELEVATION_COUNT)
+    strokes[..., SPEED] = np.reshape(direct_shots.STRIKE_SPEEDS, (-1, 1))
     strokes[1, ..., A], strokes[2, ..., A] = -OFFSET, OFFSET
     struck = strike_alone(model, strokes.reshape(-1, 5))
     played = np.where(struck.fails, np.nan, 1.0).reshape(*strokes.shape[:-1], 1)
@@ -275,7 +262,7 @@ def strikes_of(model: StrikeModel) -> CentralStrikes:
     # a ball that rolls has the angular momentum about its lowest point that it had before
     share = 1.0 / rolling_share(model.surface)
     rolling = (1.0 - share) * across[..., 1] - share * turning[..., 0]
-    return CentralStrikes(
+    return direct_shots.CentralStrikes(
         forward=velocity[0, ..., 0],
         roll=surface[0, ..., 1],
         across=across[..., 1],

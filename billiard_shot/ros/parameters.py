@@ -8,12 +8,7 @@ import re
 from typing import Any, ClassVar, TypeVar
 
 from builtin_interfaces.msg import Time
-from rcl_interfaces.msg import (
-    FloatingPointRange,
-    IntegerRange,
-    ParameterDescriptor,
-    SetParametersResult,
-)
+from rcl_interfaces import msg
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from std_msgs.msg import Header
@@ -95,9 +90,9 @@ def declare(node: Node, *kinds: Any, fixed: Callable[[], str] = lambda: '') -> N
             return str(error) if CHECK in rules else f'{setting.name} {error}'
         return ''
 
-    def verify(settings: 'list[Parameter[Any]]') -> SetParametersResult:
+    def verify(settings: 'list[Parameter[Any]]') -> msg.SetParametersResult:
         reason = next(filter(None, map(mistake, settings)), '')
-        return SetParametersResult(successful=not reason, reason=reason)
+        return msg.SetParametersResult(successful=not reason, reason=reason)
 
     node.add_on_set_parameters_callback(verify)
     for kind in kinds:
@@ -112,22 +107,24 @@ def read(kind: type[K], node: Node) -> K:
     return kind(**{name: node.get_parameter(name).value for name in names})
 
 
-def descriptors(kind: Any) -> Iterator[tuple[str, ParameterDescriptor]]:
+def descriptors(kind: Any) -> Iterator[tuple[str, msg.ParameterDescriptor]]:
     """Names and descriptors of parameters, as `declare` takes them; rclpy enforces the ranges."""
     words = descriptions(kind)
     for each in dataclasses.fields(kind):
         bounds = each.metadata.get(NUMBER) or each.metadata.get(WHOLE)
         unit = f' Unit: {bounds.unit}.' if bounds and bounds.unit else ''
-        descriptor = ParameterDescriptor(
+        descriptor = msg.ParameterDescriptor(
             description=words[each.name].text + unit, read_only=is_read_only(kind, each.name)
         )
         if bounds and WHOLE in each.metadata:
             low, high = bounds.minimum, bounds.maximum
-            descriptor.integer_range = [IntegerRange(from_value=low, to_value=high)]
+            descriptor.integer_range = [msg.IntegerRange(from_value=low, to_value=high)]
         elif bounds:
             low = float(bounds.above if bounds.minimum is None else bounds.minimum)
             high = math.inf if bounds.maximum is None else float(bounds.maximum)
-            descriptor.floating_point_range = [FloatingPointRange(from_value=low, to_value=high)]
+            descriptor.floating_point_range = [
+                msg.FloatingPointRange(from_value=low, to_value=high)
+            ]
         yield each.name, descriptor
 
 

@@ -2,15 +2,9 @@
 
 import numpy as np
 
+from billiard_shot.game import strokes
 from billiard_shot.game.rack import scene_of
 from billiard_shot.game.state import Decision, Ruling, State
-from billiard_shot.game.strokes import (
-    break_stroke,
-    call_of,
-    direct_shots,
-    hit_something,
-    places_to_try,
-)
 from billiard_shot.planning.plan import best_in_hand
 from billiard_shot.scene import Scene
 from billiard_shot.shot.stroke import Stroke
@@ -36,8 +30,8 @@ class Greedy:
         """Place the cue ball where the best direct shot has the best chance."""
         if state.phase == 'break':
             return -0.3 * state.length, 0.1 * state.width
-        places = places_to_try(state)
-        direct = direct_shots(self._scene, state, places)
+        places = strokes.places_to_try(state)
+        direct = strokes.direct_shots(self._scene, state, places)
         best = best_in_hand(direct)
         x, y = places[direct.table[best[0]] if len(best) else 0].tolist()
         return x, y
@@ -48,12 +42,12 @@ class Greedy:
             return Decision(choice=state.choices[0])
         scene = scene_of(self._scene, state)
         if state.phase == 'break':
-            return Decision(break_stroke(scene), reason='break')
-        direct = direct_shots(scene, state)
+            return Decision(strokes.break_stroke(scene), reason='break')
+        direct = strokes.direct_shots(scene, state)
         if not len(direct):
-            return hit_something(scene, state)
+            return strokes.hit_something(scene, state)
         best = int(np.argmax(direct.chance))
-        chance, call = float(direct.chance[best]), call_of(direct, best)
+        chance, call = float(direct.chance[best]), strokes.call_of(direct, best)
         return Decision(
             Stroke.from_offsets(*direct.offsets[best].tolist()),
             call,

@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from billiard_shot.game import strokes
 from billiard_shot.game.ideas import (
     Idea,
     indirect_pots,
@@ -29,15 +30,6 @@ from billiard_shot.game.ideas import (
 from billiard_shot.game.rack import scene_of
 from billiard_shot.game.referee import choose
 from billiard_shot.game.state import Call, Decision, Ruling, State
-from billiard_shot.game.strokes import (
-    best_break,
-    best_break_of,
-    call_of,
-    direct_shots,
-    hit_something,
-    placed,
-    places_to_try,
-)
 from billiard_shot.game.valuation import (
     at_table,
     extra_shots,
@@ -134,11 +126,11 @@ class Player:
     def place(self, state: State) -> tuple[float, float]:
         """Place the cue ball for the stroke that it then plays."""
         if state.phase == 'break':
-            return best_break(self._scene, state.game)[0]
+            return strokes.best_break(self._scene, state.game)[0]
         start = perf_counter()
         best = self._in_time(state, start)
         if not best:
-            x, y = places_to_try(state)[0].tolist()
+            x, y = strokes.places_to_try(state)[0].tolist()
             return x, y
         there = best[0].idea.position.state
         self._planned = there, best, perf_counter() - start
@@ -155,7 +147,7 @@ class Player:
         if not best or (best[0].success < POOR and 2.0 * taken < self._limit(state)):
             best = self._in_time(state, perf_counter() - taken)
         if not best:
-            return hit_something(scene_of(self._scene, state), state)
+            return strokes.hit_something(scene_of(self._scene, state), state)
         return _decision(best)
 
     def options(self, state: State, n: int = 5) -> list[Option]:
@@ -186,10 +178,10 @@ class Player:
 
     def _break(self, state: State) -> Stroke:
         """Return the best break of the game or, if the cue ball lies elsewhere, of this state."""
-        place, stroke = best_break(self._scene, state.game)
+        place, stroke = strokes.best_break(self._scene, state.game)
         if state.balls[CUE_BALL] == place:
             return stroke
-        return best_break_of(self._scene, state)
+        return strokes.best_break_of(self._scene, state)
 
     def saw(self, state: State, decision: Decision, ruling: Ruling) -> None:
         """Learn nothing."""
@@ -204,7 +196,7 @@ class Player:
                 continue
             chance = np.zeros(1)
             if CUE_BALL in after.balls:
-                chance = direct_shots(self._scene, after).best
+                chance = strokes.direct_shots(self._scene, after).best
             left = _shots_left(self._scene, after)
             found[choice] = float(value(after, state.player, chance, left, self._skills)[0])
         return max(found, key=lambda choice: found[choice])
@@ -232,8 +224,8 @@ class Player:
 
     def _steps(self, state: State) -> Iterator[list[Rating]]:
         """Yield the best strokes so far after each step, the best one first."""
-        places = places_to_try(state) if state.places_cue_ball else None
-        direct = direct_shots(self._scene, state, places)
+        places = strokes.places_to_try(state) if state.places_cue_ball else None
+        direct = strokes.direct_shots(self._scene, state, places)
         best: list[Rating] = []
         ideas: list[Idea] = []
         for position, which in self._positions(state, places, direct):
@@ -285,7 +277,7 @@ class Player:
         chance, game = direct.chance[number], position.state.game
         left = _shots_left(position.scene, position.state)
         won = float(at_table(np.array([chance]), game, left, self._skills)[0])
-        idea = Idea(position, direct.offsets[number], call_of(direct, number), won)
+        idea = Idea(position, direct.offsets[number], strokes.call_of(direct, number), won)
         return Rating(idea, won, float(chance))
 
     def _tried(self, ideas: list[Idea], finalists: int) -> Iterator[list[Rating]]:
@@ -349,7 +341,7 @@ def _decision(rated: list[Rating]) -> Decision:
 def _shots_left(scene: Scene, state: State) -> NDArray[np.int64]:
     """Count the shots (1, 2) that the players need in a state, wherever the cue ball is."""
     anywhere = np.zeros((1, 2))
-    given = [state], np.zeros(1, np.int64), placed(state, anywhere)
+    given = [state], np.zeros(1, np.int64), strokes.placed(state, anywhere)
     return shots_left(*given, extra_shots(scene, *given))
 
 

@@ -6,13 +6,7 @@ Numbers of rules are those of that edition.
 
 from functools import partial
 
-from billiard_shot.game.referee import (
-    after_shot,
-    falls_in_words,
-    in_words,
-    rack_of,
-    standard_fouls,
-)
+from billiard_shot.game import referee
 from billiard_shot.game.state import Call, Foul, Game, Outcome, Ruling, State
 from billiard_shot.scene.placement import CUE_BALL
 
@@ -36,7 +30,7 @@ def rotation_fouls(
     """
     breaks = state.phase == 'break'
     first = None if pushes else targets(state)
-    fouls = standard_fouls(state, outcome, first, rail=not (pushes or breaks))
+    fouls = referee.standard_fouls(state, outcome, first, rail=not (pushes or breaks))
     driven = (outcome.to_cushion | outcome.gone) - {CUE_BALL}
     if breaks and not outcome.fallen and len(driven) < DRIVEN_IN_BREAK:
         fouls += (Foul(break_rule, f'the break drives {len(driven)} balls to cushions'),)
@@ -48,8 +42,8 @@ def third_foul(state: State, fouls: tuple[Foul, ...]) -> Ruling | None:
     if not fouls or state.fouls[state.player] + 1 < FOULS_THAT_LOSE:
         return None
     fouls += (Foul('6.14', f'{FOULS_THAT_LOSE} consecutive fouls'),)
-    after = after_shot(state, fouls, keeps=False, over=True, winner=state.other)
-    return Ruling(after, fouls, in_words(fouls, ''))
+    after = referee.after_shot(state, fouls, keeps=False, over=True, winner=state.other)
+    return Ruling(after, fouls, referee.in_words(fouls, ''))
 
 
 def rule(state: State, call: Call, outcome: Outcome) -> Ruling:
@@ -60,27 +54,27 @@ def rule(state: State, call: Call, outcome: Outcome) -> Ruling:
     if lost := third_foul(state, fouls):
         return lost
     if '9' in outcome.fallen and not fouls and not pushes:
-        after = after_shot(state, fouls, keeps=True, over=True, winner=state.player)
+        after = referee.after_shot(state, fouls, keeps=True, over=True, winner=state.player)
         return Ruling(after, fouls, 'the 9 falls')
     spot = ('9',) if '9' in outcome.gone else ()
     if pushes and not fouls:
-        after = after_shot(state, fouls, keeps=False, choices=('accept', 'pass'))
+        after = referee.after_shot(state, fouls, keeps=False, choices=('accept', 'pass'))
         return Ruling(after, fouls, 'push-out', spot)
-    after = after_shot(
+    after = referee.after_shot(
         state,
         fouls,
         keeps=bool(outcome.fallen),
         phase='second' if breaks and not fouls else 'play',
         in_hand='anywhere' if fouls else '',
     )
-    return Ruling(after, fouls, in_words(fouls, falls_in_words(outcome)), spot)
+    return Ruling(after, fouls, referee.in_words(fouls, referee.falls_in_words(outcome)), spot)
 
 
 GAME = Game(
     name='nine_ball',
     rule=rule,
     targets=targets,
-    rack=partial(rack_of, 'nine_ball'),  # 2.2
+    rack=partial(referee.rack_of, 'nine_ball'),  # 2.2
     balls=tuple(str(ball) for ball in range(1, 10)),
     calls=False,
     decisive='9',

@@ -8,15 +8,7 @@ from dataclasses import replace
 import math
 import random
 
-from billiard_shot.game.referee import (
-    after_shot,
-    foot_spot,
-    head_spot,
-    in_words,
-    is_free,
-    rack_state,
-    standard_fouls,
-)
+from billiard_shot.game import referee
 from billiard_shot.game.state import added, Call, Foul, Game, Outcome, Ruling, State
 from billiard_shot.scene.placement import CUE_BALL, Place, Rack, sites
 
@@ -34,7 +26,7 @@ def needs(state: State, player: int) -> tuple[str, ...]:
 def rule(state: State, call: Call, outcome: Outcome) -> Ruling:
     """Rule on a shot of straight pool."""
     breaks = state.phase == 'break'
-    fouls = standard_fouls(state, outcome, None, rail=not breaks)
+    fouls = referee.standard_fouls(state, outcome, None, rail=not breaks)
     made = (call.ball, call.pocket) in outcome.pocketed and not call.safety
     if breaks and not made:
         driven = outcome.to_cushion
@@ -43,11 +35,11 @@ def rule(state: State, call: Call, outcome: Outcome) -> Ruling:
     if fouls:
         return _foul(state, outcome, fouls)
     if not made:
-        after = after_shot(state, (), keeps=False)
+        after = referee.after_shot(state, (), keeps=False)
         text = 'safety' if call.safety else 'the called ball does not fall'
         return Ruling(after, (), text, outcome.fallen)
     scores = added(state.scores, state.player, len(outcome.fallen))
-    after = after_shot(state, (), keeps=True, scores=scores)
+    after = referee.after_shot(state, (), keeps=True, scores=scores)
     text = f'ball {call.ball} falls as called, {scores[state.player]} points'
     if scores[state.player] >= state.target:
         after = replace(after, over=True, winner=state.player)
@@ -59,7 +51,7 @@ def rule(state: State, call: Call, outcome: Outcome) -> Ruling:
 def _breaking_foul(state: State, outcome: Outcome, fouls: tuple[Foul, ...]) -> Ruling:
     """Rule on an opening break that drives too few balls (4.3, 4.10); it is no standard foul."""
     fouls = (*fouls, Foul('4.10', 'the opening break drives too few balls to cushions'))
-    after = after_shot(
+    after = referee.after_shot(
         state,
         fouls,
         keeps=False,
@@ -68,13 +60,13 @@ def _breaking_foul(state: State, outcome: Outcome, fouls: tuple[Foul, ...]) -> R
         choices=('accept', 'rebreak'),
     )
     after = replace(after, fouls=state.fouls)
-    return Ruling(after, fouls, in_words(fouls, ''), _object_balls(outcome))
+    return Ruling(after, fouls, referee.in_words(fouls, ''), _object_balls(outcome))
 
 
 def _foul(state: State, outcome: Outcome, fouls: tuple[Foul, ...]) -> Ruling:
     """Rule on a standard foul (4.9), and on the third one in a row (4.11)."""
     in_hand = outcome.scratched or any(foul.rule == '6.11' for foul in fouls)
-    after = after_shot(
+    after = referee.after_shot(
         state,
         fouls,
         keeps=False,
@@ -82,7 +74,7 @@ def _foul(state: State, outcome: Outcome, fouls: tuple[Foul, ...]) -> Ruling:
         in_hand='kitchen' if in_hand else '',
     )
     if after.fouls[state.player] < FOULS_IN_A_ROW:
-        return Ruling(after, fouls, in_words(fouls, ''), _object_balls(outcome))
+        return Ruling(after, fouls, referee.in_words(fouls, ''), _object_balls(outcome))
     fouls = (*fouls, Foul('6.14', f'{FOULS_IN_A_ROW} consecutive fouls'))
     after = replace(
         after,
@@ -92,7 +84,7 @@ def _foul(state: State, outcome: Outcome, fouls: tuple[Foul, ...]) -> Ruling:
         in_hand='kitchen',
         scores=added(after.scores, state.player, -THIRD_FOUL),
     )
-    return Ruling(after, fouls, in_words(fouls, ''), arrange=_rack_all)
+    return Ruling(after, fouls, referee.in_words(fouls, ''), arrange=_rack_all)
 
 
 def _object_balls(outcome: Outcome) -> tuple[str, ...]:
@@ -101,7 +93,7 @@ def _object_balls(outcome: Outcome) -> tuple[str, ...]:
 
 
 def _rack_all(state: State) -> State:
-    return rack_state(replace(state, seed=state.seed + 1))
+    return referee.rack_state(replace(state, seed=state.seed + 1))
 
 
 def _rack_again(state: State) -> State:
@@ -112,27 +104,27 @@ def _rack_again(state: State) -> State:
     ball, place = next(iter(left.items()), ('', None))
     again = replace(state, seed=state.seed + 1)
     if place is None or (_interferes(state, place) and cue_interferes):
-        again = rack_state(again)
+        again = referee.rack_state(again)
     else:
         if _interferes(state, place):
-            place = _first_free(state, {CUE_BALL: cue}, head_spot(state), (0.0, 0.0))
-        again = rack_state(again, (ball, *(each for each in FIFTEEN if each != ball)))
+            place = _first_free(state, {CUE_BALL: cue}, referee.head_spot(state), (0.0, 0.0))
+        again = referee.rack_state(again, (ball, *(each for each in FIFTEEN if each != ball)))
         again = replace(again, balls={**again.balls, ball: place})
     if not cue_interferes:
         return replace(again, balls={**again.balls, CUE_BALL: cue})
-    if place is None or _interferes(state, place) or place[0] >= head_spot(state)[0]:
+    if place is None or _interferes(state, place) or place[0] >= referee.head_spot(state)[0]:
         return replace(again, in_hand='kitchen')
-    spot = _first_free(state, {ball: place}, head_spot(state), (0.0, 0.0))
+    spot = _first_free(state, {ball: place}, referee.head_spot(state), (0.0, 0.0))
     return replace(again, balls={**again.balls, CUE_BALL: spot})
 
 
 def _first_free(state: State, balls: dict[str, Place], *spots: Place) -> Place:
-    return next(spot for spot in spots if is_free(state, balls, spot))
+    return next(spot for spot in spots if referee.is_free(state, balls, spot))
 
 
 def _interferes(state: State, place: Place) -> bool:
     """Whether a ball overlaps the outline of the rack: a triangle around fifteen balls."""
-    x, y = place[0] - foot_spot(state)[0], abs(place[1])
+    x, y = place[0] - referee.foot_spot(state)[0], abs(place[1])
     back = 4.0 * 2.0 * state.radius * math.sqrt(0.75)
     outside = max(0.5 * math.sqrt(3.0) * y - 0.5 * x, x - back)  # from the centres of the balls
     return outside < 2.0 * state.radius
@@ -143,7 +135,7 @@ def rack(state: State, balls: tuple[str, ...]) -> dict[str, Place]:
     others = list(balls[1:]) if len(balls) > 1 else []
     random.Random(state.seed).shuffle(others)
     spacing = 2.0 * state.radius + Rack('eight_ball').gap
-    places = sites([1, 2, 3, 4, 5], foot_spot(state)[0], spacing)
+    places = sites([1, 2, 3, 4, 5], referee.foot_spot(state)[0], spacing)
     return dict(zip((balls[0], *others), places, strict=False))
 
 
