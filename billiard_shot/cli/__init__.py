@@ -1,7 +1,7 @@
 """
 `billiard-shot COMMAND ...`: the library for people without ROS.
 
-Each command is a module of this package, or a `Command` of a module with several, with two
+Each command is a module of this package, or a `Subcommand` of a module with several, with two
 members: `OPTIONS`, see `cli.options`; and `run`, which executes it and returns the exit code.
 A module is imported only if its command is requested, so that it does not slow down the others.
 In all commands the scene comes first, `--output` names the file, and numbers are also printed as

@@ -15,7 +15,7 @@ from billiard_shot.calibration.player import errors_of, scale_of_errors
 from billiard_shot.calibration.reader import read_errors, read_recording, write_csv
 from billiard_shot.calibration.result import Calibration, checks_in_words
 from billiard_shot.cli import output
-from billiard_shot.cli.options import Command, option, positional
+from billiard_shot.cli.options import option, positional, Subcommand
 from billiard_shot.cli.workers import OfWork, working
 from billiard_shot.cue.mechanism import Mechanism
 from billiard_shot.pictures.view import write_text
@@ -140,7 +140,7 @@ def _summary(result: Calibration) -> str:
     return '\n'.join(lines)
 
 
-table = Command((OfFit(), output.OfFormat(), OfWork(os.cpu_count() or 1)), run_fit)
+table = Subcommand((OfFit(), output.OfFormat(), OfWork(os.cpu_count() or 1)), run_fit)
 
 
 OF_SHOTS = 'shots', 'doubts', 'converged'
@@ -194,7 +194,7 @@ def run_errors(options: argparse.Namespace) -> int:
     return output.DONE
 
 
-errors = Command((OfErrors(), output.OfFormat()), run_errors)
+errors = Subcommand((OfErrors(), output.OfFormat()), run_errors)
 
 
 @dataclass(frozen=True)
@@ -239,7 +239,7 @@ def run_machine(options: argparse.Namespace) -> int:
     return output.DONE
 
 
-machine = Command((OfMachine(), output.OfFormat()), run_machine)
+machine = Subcommand((OfMachine(), output.OfFormat()), run_machine)
 
 
 @dataclass(frozen=True)
@@ -323,11 +323,11 @@ def _corners_of(words: tuple[str, ...] | None) -> Any:
     return corners
 
 
-film = Command((OfFilm(),), run_film)
+film = Subcommand((OfFilm(),), run_film)
 
 
 @dataclass(frozen=True)
-class OfFiles:
+class OfConversion:
     """
     The files.
 
@@ -354,4 +354,4 @@ def run_convert(options: argparse.Namespace) -> int:
     return 0
 
 
-convert = Command((OfFiles(),), run_convert)
+convert = Subcommand((OfConversion(),), run_convert)

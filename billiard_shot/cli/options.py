@@ -22,7 +22,7 @@ from billiard_shot.scene.fields import Description, descriptions, TAKES
 FLAGS, HOW, CONSTANT = 'flags', 'how', 'constant'
 
 
-class Command(NamedTuple):
+class Subcommand(NamedTuple):
     """A command of a module that has several, beside modules that are a command each."""
 
     OPTIONS: tuple[Any, ...]

@@ -10,7 +10,7 @@ import sys
 from typing import ClassVar
 
 from billiard_shot import Scene
-from billiard_shot.cli.options import Command, option
+from billiard_shot.cli.options import option, Subcommand
 from billiard_shot.cli.output import reporting
 from billiard_shot.cli.shots import (
     of_each,
@@ -80,7 +80,7 @@ def _title(name: str, options: argparse.Namespace) -> str:
     return name if recorded or options.strokes else scene_name(options)
 
 
-view = Command((OfShotPage(), OfSite(), *SHOT_OPTIONS), run_view)
+view = Subcommand((OfShotPage(), OfSite(), *SHOT_OPTIONS), run_view)
 
 
 @dataclass(frozen=True)
@@ -152,4 +152,4 @@ def _serve(scene: Scene, title: str, options: argparse.Namespace) -> None:
         asyncio.run(serve(scene, page, options.port or 0, partial(print, flush=True)))
 
 
-explore = Command((OfUsualScene('nine_ball'), OfScenePage(), OfSite(), OfServer()), run_explore)
+explore = Subcommand((OfUsualScene('nine_ball'), OfScenePage(), OfSite(), OfServer()), run_explore)

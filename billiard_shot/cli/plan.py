@@ -187,7 +187,7 @@ class OfLimitedSearch(OfNoise):
 
 
 @dataclass(frozen=True)
-class OfFiles:
+class OfPlanFiles:
     """
     The files.
 
@@ -212,7 +212,7 @@ class OfFiles:
 
 
 SEARCH_OPTIONS = OfLimitedSearch(), output.OfFormat(), OfWork()
-OPTIONS = OfScene(), OfTarget(), OfDetails(), OfConstraints(), *SEARCH_OPTIONS, OfFiles()
+OPTIONS = OfScene(), OfTarget(), OfDetails(), OfConstraints(), *SEARCH_OPTIONS, OfPlanFiles()
 
 
 def run(options: argparse.Namespace) -> int:

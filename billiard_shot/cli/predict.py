@@ -40,7 +40,7 @@ class OfMiss:
 
 
 @dataclass(frozen=True)
-class OfFiles:
+class OfShotFiles:
     """
     The files.
 
@@ -64,7 +64,7 @@ class OfFiles:
     close_up: Path | None = None
 
 
-OPTIONS = *SHOT_OPTIONS, OfFormat(), OfMiss(), OfFiles()
+OPTIONS = *SHOT_OPTIONS, OfFormat(), OfMiss(), OfShotFiles()
 
 
 def run(options: argparse.Namespace) -> int:

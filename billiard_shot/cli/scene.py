@@ -7,13 +7,13 @@ import sys
 import yaml
 
 from billiard_shot import Scene
-from billiard_shot.cli.options import Command, positional
+from billiard_shot.cli.options import positional, Subcommand
 from billiard_shot.cli.output import table
 from billiard_shot.scene.files import scene_names, scene_path
 
 
 @dataclass(frozen=True)
-class OfFiles:
+class OfSceneFiles:
     """
     The files.
 
@@ -84,6 +84,6 @@ def _first_comment(name: str) -> str:
     return ' '.join(lines).split('. ')[0].rstrip('.')
 
 
-check = Command((OfFiles(),), run_check)
-show = Command((OfOneScene(),), run_show)
-list = Command((), run_list)  # noqa: A001
+check = Subcommand((OfSceneFiles(),), run_check)
+show = Subcommand((OfOneScene(),), run_show)
+list = Subcommand((), run_list)  # noqa: A001

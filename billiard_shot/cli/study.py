@@ -8,7 +8,7 @@ from typing import Any
 
 from billiard_shot import Scene, study
 from billiard_shot.cli import output, shots
-from billiard_shot.cli.options import Command, option
+from billiard_shot.cli.options import option, Subcommand
 from billiard_shot.pictures.study import draw_accuracy, draw_effects
 from billiard_shot.scene.fields import whole_number
 from billiard_shot.table.run.results import plural
@@ -75,7 +75,7 @@ def run_accuracy(options: argparse.Namespace) -> int:
     return 0
 
 
-accuracy = Command(
+accuracy = Subcommand(
     (shots.OfUsualScene('eight_ball'), OfAccuracyStudy(), output.OfFormat()), run_accuracy
 )
 
@@ -203,7 +203,7 @@ MANY = (
     output.Column('simulated_if'),
 )
 
-effects = Command(
+effects = Subcommand(
     (shots.OfUsualScene('pool'), OfEffectsStudy(), *shots.STROKE_OPTIONS, output.OfFormat()),
     run_effects,
 )

@@ -44,7 +44,7 @@ class Idea(NamedTuple):
     guess: float  # its value without errors, times the chance of its shot
 
 
-class Rating(NamedTuple):
+class RatedIdea(NamedTuple):
     """An idea that was tried with errors."""
 
     idea: Idea
@@ -81,7 +81,7 @@ def rule_strokes(
 
 def rate(
     ideas: Sequence[Idea], errors: Array, plies: int, draw: np.random.Generator
-) -> list[Rating]:
+) -> list[RatedIdea]:
     """
     Try ideas with the same errors.
 
@@ -97,7 +97,7 @@ def rate(
         Of the places of the balls, if they are not exact.
 
     """
-    rated: list[Rating] = []
+    rated: list[RatedIdea] = []
     for position in {id(idea.position): idea.position for idea in ideas}.values():
         own = [idea for idea in ideas if idea.position is position]
         strokes = with_errors(np.array([idea.offsets for idea in own])[:, np.newaxis], errors)
@@ -113,7 +113,7 @@ def rate(
             change.ravel()[chosen] = _second(position, batch.take(chosen), first) - first
             mean += success * change.sum(axis=1) / np.maximum(some.sum(axis=1), 1)
         turn = (kept @ errors[:, AZIMUTH]) / np.maximum(kept.sum(axis=1), 1)
-        rated += map(Rating, own, mean.tolist(), success.tolist(), turn.tolist())
+        rated += map(RatedIdea, own, mean.tolist(), success.tolist(), turn.tolist())
     return rated
 
 

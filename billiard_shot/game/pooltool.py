@@ -177,7 +177,7 @@ class Pooltool:
         }
         cue = pt.Cue(cue_ball_id=CUE_BALL, specs=self.cue)
         if stroke is not None:
-            action_of(stroke).apply(cue)
+            pooltool_action(stroke).apply(cue)
         return pt.System(cue=cue, table=self.table.copy(), balls=balls)
 
     def play(self, scene: Scene, stroke: Stroke, errors: np.random.Generator) -> pt.System:
@@ -187,7 +187,7 @@ class Pooltool:
 
     def foreign(self, scene: Scene, stroke: Stroke, errors: np.random.Generator) -> Outcome:
         """Play a stroke with the noise of the scene. A `Simulator` of games."""
-        return outcome_of(self.play(scene, stroke, errors))
+        return outcome_of_system(self.play(scene, stroke, errors))
 
     def recorded(
         self, scene: Scene, stroke: Stroke, errors: np.random.Generator
@@ -220,13 +220,13 @@ def there(table: pt.Table, place: Place) -> Place:
     return 0.5 * table.w - y, x + 0.5 * table.l
 
 
-def action_of(stroke: Stroke) -> Action:
+def pooltool_action(stroke: Stroke) -> Action:
     """Return a stroke as pooltool has it."""
     a, b, elevation, azimuth, speed = stroke.offsets
     return Action(speed, math.degrees(azimuth) + 90.0, math.degrees(elevation), -a, b)
 
 
-def stroke_of(action: Action | pt.Cue) -> Stroke:
+def stroke_of_action(action: Action | pt.Cue) -> Stroke:
     """Return the stroke of an action, or of a cue that is ready."""
     return Stroke.from_offsets(
         -action.a,
@@ -246,7 +246,7 @@ def balls_of(system: pt.System) -> dict[str, Place]:
     }
 
 
-def outcome_of(system: pt.System) -> Outcome:
+def outcome_of_system(system: pt.System) -> Outcome:
     """Read the outcome of a system that was simulated."""
     kinds = pt.EventType
     pocketed: list[tuple[str, str]] = []
@@ -291,7 +291,7 @@ IN_HAND = {
 }
 
 
-def state_of(system: pt.System, rules: pt.ruleset.Ruleset) -> State:
+def state_of_system(system: pt.System, rules: pt.ruleset.Ruleset) -> State:
     """
     Return the state of a game of pooltool; the cue ball in hand is not on the table.
 
@@ -348,14 +348,14 @@ class Ai:
 
     def decide(self, system: pt.System, game: pt.ruleset.Ruleset, callback: Any = None) -> Action:
         """Place the cue ball if it is in hand, call ball and pocket, and return the stroke."""
-        seen, decision, why = decision_of(self.agent, state_of(system, game))
+        seen, decision, why = decision_of(self.agent, state_of_system(system, game))
         if decision.stroke is None:
             raise ValueError(f'the player finds no stroke: {why or decision.reason}')
         system.balls[CUE_BALL].state.rvw[0, :2] = there(system.table, seen.balls[CUE_BALL])
         names = {name: pocket for pocket, name in POCKETS.items()}
         game.shot_constraints.ball_call = decision.call.ball
         game.shot_constraints.pocket_call = names.get(decision.call.pocket)
-        action = action_of(decision.stroke)
+        action = pooltool_action(decision.stroke)
         if callback is not None:
             callback(action)
         return action

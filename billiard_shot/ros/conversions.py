@@ -202,7 +202,7 @@ def ball_message(name: str, ball: Sighting) -> BallState:
         position=filled(Point, ball.position),
         position_covariance=[xx, xy, 0.0, xy, yy, 0.0, 0.0, 0.0, 0.0],
         moving=ball.is_moving,
-        last_seen=time_of(ball.time),
+        last_seen=stamp_of(ball.time),
         systematic_error=ball.systematic_error,
     )
 
@@ -503,7 +503,7 @@ def seconds(time: Time | DurationMessage) -> float:
     return time.sec + 1e-9 * time.nanosec
 
 
-def time_of(seconds: float) -> Time:
+def stamp_of(seconds: float) -> Time:
     """Convert seconds to a time."""
     whole = math.floor(seconds)
     return Time(sec=whole, nanosec=min(round(1e9 * (seconds - whole)), 999_999_999))

@@ -127,7 +127,7 @@ class CueDriver(LifecycleNode):
                 'up first'
             ),
         )
-        self._own = parameters.read(CueDriverParameters, self)
+        self._own = parameters.values_of(CueDriverParameters, self)
         node_runner.set_niceness(self, self._own.niceness)
         self._decided = 0  # ROS time of the last decision [ns]
         self._goal: node_runner.GoalHandle | None = None  # that is being executed
@@ -168,8 +168,8 @@ class CueDriver(LifecycleNode):
 
     def _load(self) -> tuple[Mechanism, Scene, Settings]:
         """Load what the parameters say; raise ValueError or OSError if they cannot be used."""
-        self._own = parameters.read(CueDriverParameters, self)
-        settings = parameters.read(Settings, self)
+        self._own = parameters.values_of(CueDriverParameters, self)
+        settings = parameters.values_of(Settings, self)
         if settings.max_pause < 2.0 * self._own.period:
             raise ValueError(
                 'estop_timeout, interlock_timeout, joint_states_timeout must be at least four '

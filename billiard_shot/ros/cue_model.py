@@ -61,7 +61,7 @@ class CueModel(Node):
     def __init__(self) -> None:
         super().__init__('cue_model')
         parameters.declare(self, CueModelParameters)
-        own = parameters.read(CueModelParameters, self)
+        own = parameters.values_of(CueModelParameters, self)
         self._mechanism = Mechanism.load(own.mechanism)
         self._joints = joints_of(self._mechanism, own.frame, own.joint_names)
         self._feedback = JointFeedback(own.joint_names)

@@ -72,7 +72,7 @@ class CueSim(Node):
     def __init__(self) -> None:
         super().__init__('cue_sim')
         parameters.declare(self, CueSimParameters, Imperfections, Faults)
-        own = parameters.read(CueSimParameters, self)
+        own = parameters.values_of(CueSimParameters, self)
         node_runner.set_niceness(self, own.niceness)
         mechanism = Mechanism.load(own.mechanism)
         self._names, self._command_timeout = own.joint_names, own.command_timeout
@@ -81,7 +81,7 @@ class CueSim(Node):
         self._now, self._behind, self._ran = 0.0, 0.0, monotonic()
         self._mechanism = SimulatedMechanism(
             mechanism,
-            parameters.read(Imperfections, self),
+            parameters.values_of(Imperfections, self),
             own.command_timeout,
             home(mechanism),
             self._now,
@@ -100,7 +100,7 @@ class CueSim(Node):
 
     def _set_faults(self) -> None:
         """Apply the parameters of the faults."""
-        self._mechanism.faults = parameters.read(Faults, self)
+        self._mechanism.faults = parameters.values_of(Faults, self)
 
     def _command(self, message: JointTrajectoryMessage, info: Mapping[str, Any]) -> None:
         if conversions.is_stop(message):  # obeyed from every driver

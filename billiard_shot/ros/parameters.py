@@ -101,7 +101,7 @@ def declare(node: Node, *kinds: Any, fixed: Callable[[], str] = lambda: '') -> N
             node.declare_parameter(name, getattr(defaults, name), descriptor)
 
 
-def read(kind: type[K], node: Node) -> K:
+def values_of(kind: type[K], node: Node) -> K:
     """Make a dataclass from the node's parameters with the names of its fields."""
     names = (each.name for each in dataclasses.fields(kind))  # type: ignore[arg-type]
     return kind(**{name: node.get_parameter(name).value for name in names})

@@ -113,7 +113,7 @@ class Planner(Node):
 
     def _configure(self) -> None:
         """Apply the parameters, which have been checked."""
-        own = parameters.read(PlannerParameters, self)
+        own = parameters.values_of(PlannerParameters, self)
         scene, usual = (
             parameters.within_mechanism(Scene.load(own.scene), own.mechanism),
             asdict(Robot()),

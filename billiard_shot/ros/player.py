@@ -68,7 +68,7 @@ WORDS = {
 
 
 @dataclass(frozen=True)
-class OfGame:
+class OfTurn:
     """
     The game, and the action that plays turns.
 
@@ -311,7 +311,7 @@ class OfPlayer:
 def main(args: Sequence[str] | None = None) -> None:
     """Play shots."""
     parser = parser_of('player', __doc__, CLIENT_HELP)
-    add_options(parser, *STROKE_OPTIONS, OfClient(), OfGame(), OfPlayer())
+    add_options(parser, *STROKE_OPTIONS, OfClient(), OfTurn(), OfPlayer())
     options = parser.parse_args(own_arguments(args))
     plays_game = bool(options.game or options.state)
     plays = strokes_given(options) or options.targets or plays_game

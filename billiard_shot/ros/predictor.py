@@ -78,7 +78,7 @@ class Predictor(Node):
 
     def _configure(self) -> None:
         """Apply the parameters, which have been checked."""
-        self._own = parameters.read(PredictorParameters, self)
+        self._own = parameters.values_of(PredictorParameters, self)
         self._scene = Scene.load(self._own.scene)
 
     def _keep_table(self, message: TableState) -> None:

@@ -66,7 +66,7 @@ class ShotRecorder(Node):
     def __init__(self) -> None:
         super().__init__('shot_recorder')
         parameters.declare(self, ShotRecorderParameters)
-        own = parameters.read(ShotRecorderParameters, self)
+        own = parameters.values_of(ShotRecorderParameters, self)
         scene = Scene.load(own.scene)
         self._frame, self._radius = own.frame, scene.ball.radius
         self._curvature = scene.cue.tip_curvature_radius / scene.ball.radius

@@ -110,7 +110,7 @@ class TableCamera(LifecycleNode):
         self._detections = self.create_publisher(messages.Detection3DArray, 'detections', 10)
         self._outlines = self.create_publisher(Image, '~/outlines', 1)
         for kind, topic, read in (
-            (Image, 'image', picture_of),
+            (Image, 'image', picture_from),
             (CompressedImage, 'image/compressed', decoded),
         ):
             self.create_subscription(
@@ -121,7 +121,7 @@ class TableCamera(LifecycleNode):
         self._is_active = False
         self._reset('no picture received')
         steady_timer(self, 1.0, self._publish_diagnostics)
-        starts = parameters.read(TableCameraParameters, self).autostart
+        starts = parameters.values_of(TableCameraParameters, self).autostart
         if starts and self.trigger_configure() is TransitionCallbackReturn.SUCCESS:
             self.trigger_activate()
 
@@ -134,7 +134,7 @@ class TableCamera(LifecycleNode):
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Read the parameters."""
-        self._own = parameters.read(TableCameraParameters, self)
+        self._own = parameters.values_of(TableCameraParameters, self)
         self._scene = Scene.load(self._own.scene)
         if self._scene.table is None:
             self.get_logger().error(f'scene must have a table, got {self._own.scene!r}')
@@ -286,7 +286,7 @@ ENCODINGS = {
 """Of sensor_msgs/image_encodings.hpp: bytes of a pixel, and the conversion of OpenCV."""
 
 
-def picture_of(message: Image) -> Any:
+def picture_from(message: Image) -> Any:
     """Picture (height, width, 3), RGB, of a message; ValueError for one that is not valid."""
     import cv2
 

@@ -99,7 +99,7 @@ class TableSim(Node):
     def __init__(self) -> None:
         super().__init__('table_sim')
         parameters.declare(self, TableSimParameters, CameraErrors, Alignment)
-        own = parameters.read(TableSimParameters, self)
+        own = parameters.values_of(TableSimParameters, self)
         self._scene = guided_scene(own.scene)
         self._measured = Mechanism.load(own.mechanism).alignment  # in messages of the driver
         self._real_time_factor = own.real_time_factor
@@ -159,7 +159,7 @@ class TableSim(Node):
             check_frame('header.frame_id', message.header, self.get_parameter('frame').value)
             scene = replace(self._scene, balls=places)
             stroke = measured_stroke(message, scene.cue_ball)
-            alignment = parameters.read(Alignment, self)
+            alignment = parameters.values_of(Alignment, self)
             if alignment != self._measured:
                 place = scene.cue_ball[:2]
                 played = stroke_on_table(alignment, stroke, place, scene, self._measured)
@@ -198,7 +198,7 @@ class TableSim(Node):
         self._published = monotonic()
         header = parameters.table_header(self)
         if self._is_camera:
-            errors = parameters.read(CameraErrors, self)
+            errors = parameters.values_of(CameraErrors, self)
             self._publisher.publish(detections_message(self._balls, errors, self._random, header))
             return
         moving = self._motions.keys()

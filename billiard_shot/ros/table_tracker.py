@@ -27,7 +27,7 @@ from billiard_shot.perception.gate import MAX_DEVIATION
 from billiard_shot.perception.tracker import BallTracker, Detection, TrackerSettings
 from billiard_shot.records import Array
 from billiard_shot.ros import parameters
-from billiard_shot.ros.conversions import ball_message, picture_time, seconds, time_of, xyz, xyzw
+from billiard_shot.ros.conversions import ball_message, picture_time, seconds, stamp_of, xyz, xyzw
 from billiard_shot.ros.node_runner import LATCHED, spin_node, steady_timer
 from billiard_shot.ros.parameters import checked, OfTable
 from billiard_shot.scene import Scene
@@ -264,7 +264,7 @@ class TableTracker(Node):
     def __init__(self, detections_type: type) -> None:
         super().__init__('table_tracker')
         parameters.declare(self, TableTrackerParameters, TrackerSettings)
-        own = parameters.read(TableTrackerParameters, self)
+        own = parameters.values_of(TableTrackerParameters, self)
         scene = Scene.load(own.scene)
         names = {name: name for name in (CUE_BALL, *scene.balls)}
         names |= class_names_of(own.class_names)
@@ -274,7 +274,7 @@ class TableTracker(Node):
         self._told = -math.inf  # when that was [s]
         self._tracker = BallTracker(
             scene.ball.radius,
-            parameters.read(TrackerSettings, self),
+            parameters.values_of(TrackerSettings, self),
             outline_of(scene).holes if scene.table else (),
             class_counts_of(own.class_names, scene.balls),
         )
@@ -328,7 +328,7 @@ class TableTracker(Node):
         ]
         if (content := repr(balls)) != self._published:
             self._snapshot, self._published = self._snapshot + 1, content
-        header = parameters.table_header(self, time_of(self._tracker.time))
+        header = parameters.table_header(self, stamp_of(self._tracker.time))
         self._publisher.publish(TableState(header=header, snapshot_id=self._snapshot, balls=balls))
 
     def _reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:

@@ -13,7 +13,7 @@ from billiard_shot.game import Call, Decision, judge, Outcome, Ruling, start, St
 from billiard_shot.game.agents import player as player_module
 from billiard_shot.game.agents.greedy import Greedy
 from billiard_shot.game.agents.player import Player
-from billiard_shot.game.ideas import Idea, indirect_pots, Position, rate, Rating, safeties
+from billiard_shot.game.ideas import Idea, indirect_pots, Position, rate, RatedIdea, safeties
 from billiard_shot.game.rack import (
     agent_names,
     ENDS,
@@ -561,7 +561,7 @@ def test_touching_balls_get_fewer_trials_because_their_strokes_take_long(monkeyp
 
     def rate(ideas, errors, plies, draw):
         trials[-1] += len(ideas) * len(errors)
-        return [Rating(idea, 0.5, 0.5) for idea in ideas]
+        return [RatedIdea(idea, 0.5, 0.5) for idea in ideas]
 
     def safeties(position):
         stroke = np.array([0.0, 0.0, 0.1, 0.0, 1.0])

@@ -19,15 +19,15 @@ from pooltool.physics.resolve.ball_cushion.han_2005 import (
 from pooltool.physics.resolve.resolver import default_resolver
 
 from billiard_shot.game.pooltool import (
-    action_of,
     Ai,
     balls_of,
     here,
-    outcome_of,
+    outcome_of_system,
     POCKETS,
     Pooltool,
-    state_of,
-    stroke_of,
+    pooltool_action,
+    state_of_system,
+    stroke_of_action,
     there,
 )
 
@@ -51,9 +51,9 @@ def test_places_and_strokes_are_the_same_both_ways():
     for place in ((0.3, -0.2), (-0.9, 0.4)):
         assert here(table, np.array(there(table, place))) == pytest.approx(place)
     stroke = Stroke.from_offsets(0.2, -0.1, 0.05, -2.0, 1.5)
-    assert stroke_of(action_of(stroke)).offsets == pytest.approx(stroke.offsets)
+    assert stroke_of_action(pooltool_action(stroke)).offsets == pytest.approx(stroke.offsets)
     # to the foot, with right side: pooltool counts its angle from across, and its side to the left
-    action = action_of(Stroke.from_offsets(0.2, 0.1, 0.0, 0.0, 1.0))
+    action = pooltool_action(Stroke.from_offsets(0.2, 0.1, 0.0, 0.0, 1.0))
     assert (action.phi, action.a, action.b) == pytest.approx((90.0, -0.2, 0.1))
 
 
@@ -95,7 +95,7 @@ def test_outcomes_tell_what_rules_ask():
     table = pooltool()
     scene = replace(exact(table), balls={'cue': (0.2, 0.0), '1': (0.7, 0.0), '2': (-0.5, 0.1)})
     system = table.play(scene, Stroke.from_offsets(0.0, 0.0, 0.0, math.pi, 2.0), NONE)
-    outcome = outcome_of(system)
+    outcome = outcome_of_system(system)
     assert outcome.first_contact == outcome.met[0]
     assert outcome.cushions_before[0] >= 1
     assert outcome.from_kitchen is False
@@ -131,16 +131,16 @@ def test_an_agent_breaks_as_a_player_of_pooltool(game):
     rules = pt.get_ruleset(kind)([pt.Player('one'), pt.Player('two')])
     balls = pt.get_rack(kind, table.table)
     system = pt.System(cue=pt.Cue(cue_ball_id='cue'), table=table.table.copy(), balls=balls)
-    state = state_of(system, rules)
+    state = state_of_system(system, rules)
     assert (state.phase, state.in_hand, state.places_cue_ball) == ('break', 'kitchen', True)
     ai = Ai(table.scene, Straight)
     ai.apply(system, ai.decide(system, rules))
     assert (system.cue.V0, system.cue.phi) == (6.0, 90.0)
     pt.simulate(system, engine=table.engine, inplace=True)
     placed = replace(state.with_cue_ball(-0.6, 0.0), in_hand='kitchen')
-    ruling = judge(placed, shot=outcome_of(system))
+    ruling = judge(placed, shot=outcome_of_system(system))
     rules.process_and_advance(system)
-    assert state_of(system, rules).player == ruling.state.player
+    assert state_of_system(system, rules).player == ruling.state.player
 
 
 def test_the_scene_is_a_scene():

@@ -20,7 +20,7 @@ from vision_msgs.msg import Detection3D, Detection3DArray, ObjectHypothesisWithP
 from billiard_shot.perception.gate import MAX_DEVIATION
 from billiard_shot.perception.tracker import BallTracker
 from billiard_shot.ros import table_tracker
-from billiard_shot.ros.conversions import time_of
+from billiard_shot.ros.conversions import stamp_of
 from billiard_shot.ros.table_tracker import (
     class_counts_of,
     class_names_of,
@@ -172,16 +172,16 @@ class Hearing:
 def test_a_stamp_ahead_of_the_clock_is_no_picture():
     camera = Hearing()
     for ahead in (3600.0, 0.2):
-        camera.hear([detection('8')], time_of(camera.now + ahead))
+        camera.hear([detection('8')], stamp_of(camera.now + ahead))
     assert (camera.published, camera.tracker.time) == (0, 0.0)
     assert 'header.stamp must be at most 0.1 s ahead of the clock, got 3.6e+03 s' in camera.log[0]
-    camera.hear([detection('8')], time_of(camera.now + 0.05))
+    camera.hear([detection('8')], stamp_of(camera.now + 0.05))
     assert (camera.published, camera.tracker.time) == (1, pytest.approx(100.05))
 
 
 def test_an_empty_message_is_a_picture():
     camera = Hearing()
-    camera.hear([], time_of(99.0))
+    camera.hear([], stamp_of(99.0))
     camera.hear([detection('person'), detection('8', math.nan)], Time())  # without a stamp: now
     assert (camera.published, camera.tracker.time) == (2, 100.0)
     (said,) = camera.log
@@ -192,6 +192,6 @@ def test_an_empty_message_is_a_picture():
 def test_a_huge_message_is_not_even_read(monkeypatch):
     camera = Hearing()
     monkeypatch.setattr('billiard_shot.ros.table_tracker.deserialize_message', None)
-    camera.hear([detection('8')] * 2000, time_of(100.0))
+    camera.hear([detection('8')] * 2000, stamp_of(100.0))
     assert camera.published == 0
     assert f'detections must have at most {MAX_BYTES} bytes, got ' in camera.log[0]

@@ -13,7 +13,7 @@ from std_msgs.msg import Header
 from billiard_shot.calibration.reader import read_recording
 from billiard_shot.calibration.shot_log import ShotLog
 from billiard_shot.ros import shot_recorder
-from billiard_shot.ros.conversions import time_of
+from billiard_shot.ros.conversions import stamp_of
 from billiard_shot.ros.shot_recorder import ShotRecorder
 
 RADIUS = 0.0286
@@ -39,12 +39,12 @@ class Recorder(ShotRecorder):
 
     def picture(self, ahead=0.0, moving=False):
         self.now += 0.02
-        header = Header(frame_id='table', stamp=time_of(self.now + ahead))
+        header = Header(frame_id='table', stamp=stamp_of(self.now + ahead))
         self._see(TableState(header=header, balls=[BallState(id='cue', moving=moving)]))
 
     def strike(self, shot_id='one', x=-RADIUS, y=0.0):
         pose = Pose(position=Point(x=x, y=y, z=RADIUS), orientation=Quaternion(w=1.0))
-        header = Header(frame_id='table', stamp=time_of(self.now))
+        header = Header(frame_id='table', stamp=stamp_of(self.now))
         self._strike(Strike(header=header, shot_id=shot_id, cue_pose=pose, speed=1.0))
 
     def shot(self, **strike):

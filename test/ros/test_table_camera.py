@@ -19,7 +19,7 @@ from vision_msgs.msg import Detection3DArray
 from waiting import PatientCaller, spin_until
 
 from billiard_shot import Scene
-from billiard_shot.ros.table_camera import decoded, ENCODINGS, picture_of, rectification
+from billiard_shot.ros.table_camera import decoded, ENCODINGS, picture_from, rectification
 
 SCENE = Scene.load('robot_table')
 COLOURS = np.kron(
@@ -51,7 +51,7 @@ def test_pictures_of_all_encodings_are_alike(encoding):
     padded = np.pad(rows, ((0, 0), (0, 5)))
     message = Image(height=8, width=16, step=padded.shape[1], encoding=encoding)
     message.data = padded.tobytes()
-    seen = picture_of(message)
+    seen = picture_from(message)
     inside = (slice(2, 6), [3, 4, 11, 12])
     np.testing.assert_allclose(seen[inside].astype(int), COLOURS[inside], atol=20)
 
@@ -70,7 +70,7 @@ def test_pictures_that_are_not_valid_are_named(fields, words):
     for name, value in fields.items():
         setattr(message, name, value)
     with pytest.raises(ValueError, match=words):
-        picture_of(message)
+        picture_from(message)
     with pytest.raises(ValueError, match='JPEG'):
         decoded(CompressedImage(format='jpeg', data=b'no picture'))
 

@@ -23,7 +23,7 @@ from billiard_shot.game.ideas import (
     Position,
     pots,
     rate,
-    Rating,
+    RatedIdea,
     safeties,
     variations,
 )
@@ -121,7 +121,7 @@ class Player:
             raise refused(opponent, '0 to 1', 'opponent')
         self._skills = Skills(SHOT, opponent)
         self._seconds = math.inf if seconds is None else positive('seconds', seconds, 's')
-        self._planned: tuple[State, list[Rating], float] | None = None
+        self._planned: tuple[State, list[RatedIdea], float] | None = None
 
     def place(self, state: State) -> tuple[float, float]:
         """Place the cue ball for the stroke that it then plays."""
@@ -207,13 +207,13 @@ class Player:
             return self._seconds
         return min(self._seconds, state.time_left[state.player] / TIME_RESERVE)
 
-    def _in_time(self, state: State, start: float) -> list[Rating]:
+    def _in_time(self, state: State, start: float) -> list[RatedIdea]:
         """Think until the next step would end too late after the start [s]."""
         end, before, longest = start + self._limit(state), perf_counter(), 0.0
         pairs = combinations([state.balls[ball] for ball in state.object_balls], 2)
         touching = sum(math.dist(*pair) < 2.0 * state.radius + TOUCHING for pair in pairs)
         self._share = math.sqrt(FEW_TOUCHING / max(touching, FEW_TOUCHING))
-        best: list[Rating] = []
+        best: list[RatedIdea] = []
         for step in self._steps(state):
             best = step
             now = perf_counter()
@@ -222,11 +222,11 @@ class Player:
                 break
         return best
 
-    def _steps(self, state: State) -> Iterator[list[Rating]]:
+    def _steps(self, state: State) -> Iterator[list[RatedIdea]]:
         """Yield the best strokes so far after each step, the best one first."""
         places = strokes.places_to_try(state) if state.places_cue_ball else None
         direct = strokes.direct_shots(self._scene, state, places)
-        best: list[Rating] = []
+        best: list[RatedIdea] = []
         ideas: list[Idea] = []
         for position, which in self._positions(state, places, direct):
             if not best:
@@ -248,7 +248,7 @@ class Player:
         # Only the best idea of each kind was tried with new errors: the others may be overrated.
         chosen, others = best[:1], best[1:]
         for kind in kinds:
-            found: list[Rating] = []
+            found: list[RatedIdea] = []
             for found in self._tried(kind(position), OTHERS):
                 yield _by_value(chosen + found[:1]) + others
             chosen += found[:1]
@@ -272,19 +272,19 @@ class Player:
     def _position(self, state: State) -> Position:
         return Position(state, scene_of(self._scene, state), self._skills)
 
-    def _as_it_is(self, position: Position, direct: DirectShots, number: int) -> Rating:
+    def _as_it_is(self, position: Position, direct: DirectShots, number: int) -> RatedIdea:
         """Take a direct shot by its chance, without having tried it."""
         chance, game = direct.chance[number], position.state.game
         left = _shots_left(position.scene, position.state)
         won = float(at_table(np.array([chance]), game, left, self._skills)[0])
         idea = Idea(position, direct.offsets[number], strokes.call_of(direct, number), won)
-        return Rating(idea, won, float(chance))
+        return RatedIdea(idea, won, float(chance))
 
-    def _tried(self, ideas: list[Idea], finalists: int) -> Iterator[list[Rating]]:
+    def _tried(self, ideas: list[Idea], finalists: int) -> Iterator[list[RatedIdea]]:
         """Try the best ideas with errors, then the best of these with more errors."""
         ranked = sorted(ideas, key=lambda idea: -idea.guess)[: self._many(finalists)]
         errors = self._errors(FIRST_ERRORS), self._errors(SECOND_ERRORS)
-        rated: list[Rating] = []
+        rated: list[RatedIdea] = []
         for i in range(0, len(ranked), IDEAS_AT_ONCE):
             rated = _by_value(rated + self._rate(ranked[i : i + IDEAS_AT_ONCE], errors[0]))
             yield rated
@@ -303,12 +303,12 @@ class Player:
         # The largest of several estimates is too large: state the one of new errors.
         yield self._rate([again[0].idea], self._errors(MORE_ERRORS)) + again[1:]
 
-    def _raced(self, rated: list[Rating], errors: Array) -> list[Rating]:
+    def _raced(self, rated: list[RatedIdea], errors: Array) -> list[RatedIdea]:
         """Try the best third of ideas again, with more errors; return it, the best idea first."""
         kept = rated[: max(1, len(rated) // 3)]
         return _by_value(self._rate([each.idea for each in kept], errors))
 
-    def _rate(self, ideas: list[Idea], errors: Array) -> list[Rating]:
+    def _rate(self, ideas: list[Idea], errors: Array) -> list[RatedIdea]:
         return rate(ideas, errors, self._plies, self._draw)
 
     def _many(self, count: int) -> int:
@@ -323,7 +323,7 @@ class Player:
         return self._draw.standard_normal((self._many(count), 5)) * sigmas
 
 
-def _decision(rated: list[Rating]) -> Decision:
+def _decision(rated: list[RatedIdea]) -> Decision:
     best = rated[0]
     call = best.idea.call
     reason = f'{_in_words(call)}: wins in {100.0 * best.value:.0f} %'
@@ -345,7 +345,7 @@ def _shots_left(scene: Scene, state: State) -> NDArray[np.int64]:
     return shots_left(*given, extra_shots(scene, *given))
 
 
-def _by_value(rated: list[Rating]) -> list[Rating]:
+def _by_value(rated: list[RatedIdea]) -> list[RatedIdea]:
     return sorted(rated, key=lambda each: -each.value)
 
 
