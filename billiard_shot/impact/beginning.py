@@ -4,39 +4,9 @@ from math import inf, sqrt
 from typing import Any, NamedTuple
 
 from billiard_shot.compiled import inner
+from billiard_shot.impact import moving_bodies, state
 from billiard_shot.impact.friction import eliminate_sticking, set_forces
-from billiard_shot.impact.moving_bodies import (
-    change_responses,
-    change_units,
-    distance_of_centres,
-    energy_of_bodies,
-    load_body,
-    measure,
-    place_contacts,
-    push_bodies,
-    release_open_contacts,
-    take_normal,
-    velocity_of,
-    VELOCITY_ROWS,
-)
 from billiard_shot.impact.options import METHOD_OPTIONS, negligible_speed
-from billiard_shot.impact.state import (
-    BodyState,
-    COMPRESSION,
-    ContactState,
-    ELASTIC,
-    FREE,
-    FRICTIONLESS,
-    GONE,
-    ImpactProgress,
-    INACTIVE,
-    is_active,
-    Model,
-    SHAFT,
-    sticks,
-    TIP_BODY,
-    Workspace,
-)
 from billiard_shot.impact.taylor import fill_stick_forces
 from billiard_shot.records import record, Vector, Vector3
 from billiard_shot.status import OK
@@ -143,7 +113,7 @@ class Collisions(NamedTuple):
 
     properties: list[ContactProperties]
     law: int
-    bodies: list[BodyState]
+    bodies: list[state.BodyState]
     delassus: Any
     velocity: Any
     distances: bool
@@ -157,8 +127,12 @@ class Collisions(NamedTuple):
 
 @inner
 def begin_collision(
-    given: Collisions, number: int, contacts: list[ContactState], ws: Workspace, p: ImpactProgress
-) -> tuple[Model, Units]:
+    given: Collisions,
+    number: int,
+    contacts: list[state.ContactState],
+    ws: state.Workspace,
+    p: state.ImpactProgress,
+) -> tuple[state.Model, Units]:
     """
     Set contacts and progress to the start of a collision, in the units of the collision.
 
@@ -171,18 +145,18 @@ def begin_collision(
         c, properties = contacts[j], given.properties[number * count + j]
         c.body_a, c.body_b = properties.body_a, properties.body_b
         c.keeps_normal, c.max_closings = properties.keeps_normal, properties.max_closings
-        c.hold, c.is_tip = FREE if c.max_closings > 0 else GONE, False
-        c.normal_mode = SHAFT if properties.is_shaft else INACTIVE
+        c.hold, c.is_tip = state.FREE if c.max_closings > 0 else state.GONE, False
+        c.normal_mode = state.SHAFT if properties.is_shaft else state.INACTIVE
         c.is_turned = False
         for k in range(3):
             c.tangent_1[k] = properties.tangent[k]
     if bodies > 0:
         for b in range(bodies):
-            load_body(given.bodies[number * bodies + b], ws, b)
+            moving_bodies.load_body(given.bodies[number * bodies + b], ws, b)
         for j in range(count):
             c = contacts[j]
-            c.is_tip = c.normal_mode != SHAFT and ws.bodies[c.body_a].kind == TIP_BODY
-        place_contacts(contacts, ws, velocity)
+            c.is_tip = c.normal_mode != state.SHAFT and ws.bodies[c.body_a].kind == state.TIP_BODY
+        moving_bodies.place_contacts(contacts, ws, velocity)
     else:
         for row in range(3 * count):
             velocity[row] = given.velocity[number][row]
@@ -190,13 +164,13 @@ def begin_collision(
                 ws.delassus[row][column] = given.delassus[number][row][column]
     speed, mobility = 0.0, 0.0
     for j in range(count):
-        speed = max(speed, -velocity[3 * j] if contacts[j].hold == FREE else 0.0)
+        speed = max(speed, -velocity[3 * j] if contacts[j].hold == state.FREE else 0.0)
         mobility = max(mobility, ws.delassus[3 * j][3 * j])
     approaches = speed > 0.0 and mobility > 0.0
     tolerance = min(given.tolerance[number], METHOD_OPTIONS.max_tolerance)
     reset_progress(p)
     if not approaches:
-        return Model(
+        return state.Model(
             law, tolerance, False, distances, bodies, moves=False, interval=inf, swing=0.0
         ), Units(0.0, 0.0, 0.0)
     for row in range(3 * count):
@@ -214,13 +188,13 @@ def begin_collision(
     for j in range(count):
         c, properties = contacts[j], given.properties[number * count + j]
         start_contact(c, properties, velocity, units, fastest, distances, j=j)
-        if c.normal_mode == SHAFT:
+        if c.normal_mode == state.SHAFT:
             start_shaft(c, properties, units)
             continue
         gap = 0.0
         if bodies > 0:
             gap = properties.gap
-            c.closing_distance = c.reach = distance_of_centres(c, ws) - gap
+            c.closing_distance = c.reach = moving_bodies.distance_of_centres(c, ws) - gap
         elif distances:
             gap = -given.lengths[number][j]
         # Touching bodies that hardly approach would count as a motion that has died down.
@@ -229,19 +203,19 @@ def begin_collision(
         start_length(c, -gap / length if distances else 0.0)
     planar, interval = is_planar(contacts, ws), given.interval / units.time
     swing = given.swing / units.time
-    m = Model(law, tolerance, planar, distances, bodies, given.moves, interval, swing=swing)
+    m = state.Model(law, tolerance, planar, distances, bodies, given.moves, interval, swing=swing)
     if m.moves:
-        change_responses(ws, bodies, mobility)
-        change_units(contacts, ws, bodies, units.speed, length)
-        release_open_contacts(contacts, ws)
-        p.energy, p.next_turn = energy_of_bodies(ws, bodies), interval
+        moving_bodies.change_responses(ws, bodies, mobility)
+        moving_bodies.change_units(contacts, ws, bodies, units.speed, length)
+        moving_bodies.release_open_contacts(contacts, ws)
+        p.energy, p.next_turn = moving_bodies.energy_of_bodies(ws, bodies), interval
         if interval < inf:
             turn_normals(m, contacts, ws)
     return m, units
 
 
 @inner
-def set_limits(p: ImpactProgress, limits: TipLimits, time: float, length: float) -> None:
+def set_limits(p: state.ImpactProgress, limits: TipLimits, time: float, length: float) -> None:
     """Set the limits of a tip in units of time [s] and length [m]; by rounding never too small."""
     margin = 1.0 + METHOD_OPTIONS.time_rounding
     p.max_slid_to_peak = margin * limits.slid_to_peak / length
@@ -263,7 +237,7 @@ def time_of(properties: ContactProperties, speed: float, mobility: float) -> flo
 
 @inner
 def start_contact(
-    c: ContactState,
+    c: state.ContactState,
     properties: ContactProperties,
     velocity: Vector,
     units: Units,
@@ -290,7 +264,7 @@ def start_contact(
         for k in range(1, len(values)):
             values[k] = 0.0
     c.compression_rate = 1.0 if distances else 0.0
-    c.friction_mode, c.shift_1[0], c.shift_2[0] = FRICTIONLESS, 0.0, 0.0
+    c.friction_mode, c.shift_1[0], c.shift_2[0] = state.FRICTIONLESS, 0.0, 0.0
     c.peak_compression, c.restitution_end = 0.0, 0.0
     c.activation_impulse, c.negligible_compression = 0.0, 0.0
     c.slip_dir_1, c.slip_dir_2 = 0.0, 0.0
@@ -302,12 +276,12 @@ def start_contact(
 
 
 @inner
-def start_shaft(c: ContactState, properties: ContactProperties, units: Units) -> None:
+def start_shaft(c: state.ContactState, properties: ContactProperties, units: Units) -> None:
     """Set the shaft of a cue to its state at the start of the collision: straight."""
     unit = units.impulse / units.speed  # kg
     c.spring = properties.spring * units.time * units.time / unit
     c.damping = properties.damping * units.time / unit
-    c.friction, c.friction_mode = inf, ELASTIC  # it holds whatever the force is
+    c.friction, c.friction_mode = inf, state.ELASTIC  # it holds whatever the force is
     c.stiffness, c.exponent = 1.0, 1.0  # of a normal spring that is never compressed
     c.compression[0], c.compression_rate, c.closings = 0.0, 0.0, 0
     for values in (c.shift_1, c.shift_2, c.force):
@@ -316,17 +290,17 @@ def start_shaft(c: ContactState, properties: ContactProperties, units: Units) ->
 
 
 @inner
-def start_length(c: ContactState, length: float) -> None:
+def start_length(c: state.ContactState, length: float) -> None:
     """Set minus the initial distance of a contact; close it if its bodies touch and approach."""
     c.compression[0] = length
-    c.normal_mode = INACTIVE
-    if length >= 0.0 and c.velocity[0] < 0.0 and c.hold == FREE:
-        c.normal_mode, c.compression_rate = COMPRESSION, 1.0
-    c.closings = 0 if c.normal_mode == INACTIVE else 1
+    c.normal_mode = state.INACTIVE
+    if length >= 0.0 and c.velocity[0] < 0.0 and c.hold == state.FREE:
+        c.normal_mode, c.compression_rate = state.COMPRESSION, 1.0
+    c.closings = 0 if c.normal_mode == state.INACTIVE else 1
 
 
 @inner
-def reset_progress(p: ImpactProgress) -> None:
+def reset_progress(p: state.ImpactProgress) -> None:
     """Set the progress to the start of a collision."""
     p.steps_since_event, p.events, p.event_hash, p.stiff = 0, 0, 0, 0
     p.section, p.section_start, p.sections = -1, 0, 0
@@ -337,7 +311,7 @@ def reset_progress(p: ImpactProgress) -> None:
 
 
 @inner
-def is_planar(contacts: list[ContactState], ws: Workspace) -> bool:
+def is_planar(contacts: list[state.ContactState], ws: state.Workspace) -> bool:
     """Whether no slip can ever turn, because nothing acts along any second tangent."""
     w = ws.delassus
     for i in range(len(contacts)):
@@ -353,15 +327,15 @@ def is_planar(contacts: list[ContactState], ws: Workspace) -> bool:
 
 
 @inner
-def turn_normals(m: Model, contacts: list[ContactState], ws: Workspace) -> bool:
+def turn_normals(m: state.Model, contacts: list[state.ContactState], ws: state.Workspace) -> bool:
     """
     Take the normals of all pressed contacts anew that do not keep them.
 
     Returns whether friction modes stay as they are; then sticking friction is eliminated already.
     """
     for j in range(len(contacts)):
-        if is_active(contacts[j]) and not contacts[j].keeps_normal:
-            take_normal(m.planar, contacts, ws, j, 0.5 * m.interval)
+        if state.is_active(contacts[j]) and not contacts[j].keeps_normal:
+            moving_bodies.take_normal(m.planar, contacts, ws, j, 0.5 * m.interval)
     some_stick = find_stopping_impulses(contacts, ws)
     if some_stick and not have_room(m, contacts, ws):
         return False
@@ -371,16 +345,18 @@ def turn_normals(m: Model, contacts: list[ContactState], ws: Workspace) -> bool:
 
 
 @inner
-def turn_now(m: Model, contacts: list[ContactState], ws: Workspace, j: int) -> None:
+def turn_now(
+    m: state.Model, contacts: list[state.ContactState], ws: state.Workspace, j: int
+) -> None:
     """Take the normal of this moment at a contact that sticks."""
-    take_normal(m.planar, contacts, ws, j, 0.0)
+    moving_bodies.take_normal(m.planar, contacts, ws, j, 0.0)
     contacts[j].is_turned = True
     find_stopping_impulses(contacts, ws)
     stop_slips(m, contacts, ws)
 
 
 @inner
-def find_stopping_impulses(contacts: list[ContactState], ws: Workspace) -> bool:
+def find_stopping_impulses(contacts: list[state.ContactState], ws: state.Workspace) -> bool:
     """
     Write the impulses (3 N,) that stop all slip of sticking contacts into a scratch vector.
 
@@ -390,7 +366,7 @@ def find_stopping_impulses(contacts: list[ContactState], ws: Workspace) -> bool:
     stuck, inverse, impulses = ws.indices, ws.matrix[1], ws.vector[0]
     count = 0
     for j in range(len(contacts)):
-        if is_active(contacts[j]) and sticks(contacts[j]):
+        if state.is_active(contacts[j]) and state.sticks(contacts[j]):
             count += 2
     for a in range(count):
         impulses[stuck[a]] = 0.0
@@ -402,14 +378,14 @@ def find_stopping_impulses(contacts: list[ContactState], ws: Workspace) -> bool:
 
 
 @inner
-def have_room(m: Model, contacts: list[ContactState], ws: Workspace) -> bool:
+def have_room(m: state.Model, contacts: list[state.ContactState], ws: state.Workspace) -> bool:
     """Whether the friction of each sticking contact can have its impulse in one interval."""
     impulses = ws.vector[0]
     set_forces(contacts)
     fill_stick_forces(contacts, ws, 1)
     for j in range(len(contacts)):
         c = contacts[j]
-        if is_active(c) and sticks(c):
+        if state.is_active(c) and state.sticks(c):
             x = c.friction_1[0] + impulses[3 * j + 1] / m.interval
             y = c.friction_2[0] + impulses[3 * j + 2] / m.interval
             rim = c.friction * c.force[0]
@@ -419,22 +395,22 @@ def have_room(m: Model, contacts: list[ContactState], ws: Workspace) -> bool:
 
 
 @inner
-def stop_slips(m: Model, contacts: list[ContactState], ws: Workspace) -> None:
+def stop_slips(m: state.Model, contacts: list[state.ContactState], ws: state.Workspace) -> None:
     """Apply the impulses that stop the slip of sticking contacts; count their work as lost."""
     impulses, push = ws.vector[0], ws.residual
     for j in range(len(contacts)):
         c = contacts[j]
-        if is_active(c) and sticks(c):
+        if state.is_active(c) and state.sticks(c):
             push[0], push[1], push[2] = 0.0, impulses[3 * j + 1], impulses[3 * j + 2]
-            push_bodies(ws, c, push, VELOCITY_ROWS, 0)
+            moving_bodies.push_bodies(ws, c, push, moving_bodies.VELOCITY_ROWS, 0)
             c.impulse[1] += push[1]
             c.impulse[2] += push[2]
             c.friction_loss -= 0.5 * (push[1] * c.slip_1[0] + push[2] * c.slip_2[0])
     for j in range(len(contacts)):
         c = contacts[j]
-        if is_active(c):
-            c.velocity[0], c.slip_1[0], c.slip_2[0] = velocity_of(c, ws)
+        if state.is_active(c):
+            c.velocity[0], c.slip_1[0], c.slip_2[0] = moving_bodies.velocity_of(c, ws)
             if m.planar:
                 c.slip_2[0] = 0.0
         else:
-            measure(c, ws)
+            moving_bodies.measure(c, ws)

@@ -13,14 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.compiled import inner
-from billiard_shot.impact.friction import (
-    cone_width,
-    drag_stiffness,
-    FOLLOWS,
-    shear_force,
-    STRAIGHT,
-    turning_of,
-)
+from billiard_shot.impact import friction
 from billiard_shot.impact.options import METHOD_OPTIONS
 from billiard_shot.impact.state import (
     ContactState,
@@ -238,8 +231,8 @@ def set_shear_stages(m: Model, c: ContactState, ws: Workspace, scale: float) -> 
 
     If it drags, `dir` is the rate of its shear until the stages are solved.
     """
-    width, stiffness = cone_width(c), drag_stiffness(c)
-    turning = turning_of(m.planar, c) if c.friction_mode == DRAG else STRAIGHT
+    width, stiffness = friction.cone_width(c), friction.drag_stiffness(c)
+    turning = friction.turning_of(m.planar, c) if c.friction_mode == DRAG else friction.STRAIGHT
     for i in range(IMPLICIT_STAGES):
         d_1, d_2, slip_1, slip_2 = c.cosine[i], c.sine[i], c.node_slip_1[i], c.node_slip_2[i]
         c.sliding[i] = slip_1 * d_1 + slip_2 * d_2
@@ -252,11 +245,11 @@ def set_shear_stages(m: Model, c: ContactState, ws: Workspace, scale: float) -> 
         u_1 = c.shift_1[0] + scale * stage_dot(ws.integral[i], c.dir_1)
         u_2 = c.shift_2[0] + scale * stage_dot(ws.integral[i], c.dir_2)
         if c.friction_mode == GRIP:
-            c.force[i], c.friction_1[i], c.friction_2[i] = shear_force(c, y, u_1, u_2)
+            c.force[i], c.friction_1[i], c.friction_2[i] = friction.shear_force(c, y, u_1, u_2)
             continue
-        if turning == FOLLOWS:
+        if turning == friction.FOLLOWS:
             u_1, u_2 = c.node_slip_1[i], c.node_slip_2[i]
-        if turning != STRAIGHT:
+        if turning != friction.STRAIGHT:
             size = max(sqrt(u_1 * u_1 + u_2 * u_2), 1e-300)
             c.cosine[i], c.sine[i] = u_1 / size, u_2 / size
         c.force[i] = stiffness * copysign(abs(y) ** c.exponent, y)

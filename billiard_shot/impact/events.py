@@ -5,6 +5,7 @@ from math import inf, sqrt
 from typing import NamedTuple
 
 from billiard_shot.compiled import inner
+from billiard_shot.impact import moving_bodies
 from billiard_shot.impact.beginning import turn_now
 from billiard_shot.impact.friction import (
     begin_drag,
@@ -16,14 +17,6 @@ from billiard_shot.impact.friction import (
     spring_energy,
     start_slip,
     turning_of,
-)
-from billiard_shot.impact.moving_bodies import (
-    free_tips,
-    height_of,
-    part,
-    push_bodies,
-    take_normal,
-    VELOCITY_ROWS,
 )
 from billiard_shot.impact.options import elastic_energy, METHOD_OPTIONS, opening, POISSON
 from billiard_shot.impact.state import (
@@ -312,12 +305,12 @@ def apply(
     elif event.kind == ACTIVATION:
         if m.moves:
             lead = 0.0 if c.keeps_normal or m.interval == inf else 0.5 * remaining
-            take_normal(m.planar, contacts, ws, j, lead)
+            moving_bodies.take_normal(m.planar, contacts, ws, j, lead)
         activate(c, known and not m.distances)
         if m.moves:
             if c.closings > 1:
-                c.lifted = max(c.lifted, height_of(contacts, ws, c.body_b))
-            free_tips(contacts, ws)
+                c.lifted = max(c.lifted, moving_bodies.height_of(contacts, ws, c.body_b))
+            moving_bodies.free_tips(contacts, ws)
     else:
         if event.kind == SPRING_EXHAUSTED:
             apply_remaining_impulse(m, contacts, ws, j)
@@ -325,7 +318,7 @@ def apply(
         c.discontinuity_margin = min(c.discontinuity_margin, margin)
         deactivate(m, c)
         if m.moves:
-            part(contacts, ws, j)
+            moving_bodies.part(contacts, ws, j)
     return True
 
 
@@ -473,7 +466,7 @@ def apply_remaining_impulse(m: Model, contacts: list[ContactState], ws: Workspac
                 ws.residual[i] = amount * push[3 * k + i]
                 d.impulse[i] += ws.residual[i]
             if m.moves:
-                push_bodies(ws, d, ws.residual, VELOCITY_ROWS, 0)
+                moving_bodies.push_bodies(ws, d, ws.residual, moving_bodies.VELOCITY_ROWS, 0)
         remaining -= amount
         if remaining > 0.0:
             c.friction_mode = FRICTIONLESS  # it stopped; no spring sets a direction

@@ -3,34 +3,8 @@
 from math import atan2, cos, sin, sqrt
 
 from billiard_shot.compiled import inner
+from billiard_shot.impact import state
 from billiard_shot.impact.options import elastic_energy, METHOD_OPTIONS
-from billiard_shot.impact.state import (
-    ContactState,
-    CREEP,
-    DEFERRED,
-    DRAG,
-    ELASTIC,
-    elastic_friction,
-    force_is_negligible,
-    friction_at,
-    friction_is_explicit,
-    FRICTIONLESS,
-    GRIP,
-    INACTIVE,
-    is_active,
-    REDUNDANT_STICK,
-    resists,
-    RESTITUTION,
-    shears,
-    SLIP,
-    SLIP_ONSET,
-    slip_speed,
-    slips,
-    STICK,
-    sticks,
-    stop_slip,
-    Workspace,
-)
 from billiard_shot.numerics.polynomial import evaluate, product_integral
 from billiard_shot.numerics.vectors import pseudo_inverse
 from billiard_shot.records import Floats
@@ -39,49 +13,49 @@ STRAIGHT, FOLLOWS, TURNS = range(3)  # what the direction of a contact that drag
 
 
 @inner
-def begin_shear(c: ContactState) -> None:
+def begin_shear(c: state.ContactState) -> None:
     """Let a contact that has just closed grip or drag, by the ratio of its slip and approach."""
-    if c.friction_mode == FRICTIONLESS:
-        slip = slip_speed(c)
-        c.friction_mode = GRIP
+    if c.friction_mode == state.FRICTIONLESS:
+        slip = state.slip_speed(c)
+        c.friction_mode = state.GRIP
         if c.shear * slip > c.friction * max(-c.velocity[0], 0.0):
-            c.friction_mode = DRAG
+            c.friction_mode = state.DRAG
             c.slip_dir_1, c.slip_dir_2 = c.slip_1[0] / slip, c.slip_2[0] / slip
 
 
 @inner
-def begin_drag(c: ContactState) -> None:
+def begin_drag(c: state.ContactState) -> None:
     """Let a contact whose force has reached the cone drag along its shear."""
-    c.friction_mode = DRAG
+    c.friction_mode = state.DRAG
     hold_to_cone(c, TURNS)
 
 
 @inner
-def cone_width(c: ContactState) -> float:
+def cone_width(c: state.ContactState) -> float:
     """Shear on the cone relative to the compression."""
     return c.friction / c.shear
 
 
 @inner
-def turning_of(planar: bool, c: ContactState) -> int:
+def turning_of(planar: bool, c: state.ContactState) -> int:
     """
     How the direction of a contact that drags turns in the step from now: one of the three above.
 
     It follows a fast slip within the time |u| / slip. While that is too short for explicit steps,
     it is the direction of the slip.
     """
-    slip = slip_speed(c)
+    slip = state.slip_speed(c)
     along = c.slip_1[0] * c.slip_dir_1 + c.slip_2[0] * c.slip_dir_2
     fast = cone_width(c) * c.compression[0] < METHOD_OPTIONS.least_lag * slip
     if planar:
         return STRAIGHT
     if fast and along > METHOD_OPTIONS.aligned * slip:
         return FOLLOWS
-    return STRAIGHT if force_is_negligible(c) else TURNS
+    return STRAIGHT if state.force_is_negligible(c) else TURNS
 
 
 @inner
-def hold_to_cone(c: ContactState, turning: int) -> None:
+def hold_to_cone(c: state.ContactState, turning: int) -> None:
     """Put the shear of a contact that drags onto the cone, along its direction now."""
     d_1, d_2 = (c.shift_1[0], c.shift_2[0]) if turning == TURNS else (c.slip_1[0], c.slip_2[0])
     size = sqrt(d_1 * d_1 + d_2 * d_2)
@@ -92,7 +66,9 @@ def hold_to_cone(c: ContactState, turning: int) -> None:
 
 
 @inner
-def shear_force(c: ContactState, y: float, u_1: float, u_2: float) -> tuple[float, float, float]:
+def shear_force(
+    c: state.ContactState, y: float, u_1: float, u_2: float
+) -> tuple[float, float, float]:
     """Force on body a, along the normal and the tangents, at a compression and a shear."""
     square = y * y + c.shear * (u_1 * u_1 + u_2 * u_2)
     firmness = c.stiffness * square ** (0.5 * (c.exponent - 1.0))
@@ -100,82 +76,85 @@ def shear_force(c: ContactState, y: float, u_1: float, u_2: float) -> tuple[floa
 
 
 @inner
-def present_force(c: ContactState, loaded: bool) -> tuple[float, float, float]:
+def present_force(c: state.ContactState, loaded: bool) -> tuple[float, float, float]:
     """Force on body a now or, if no spring is loaded yet, one along the first force."""
     if loaded:
         return shear_force(c, c.compression[0], c.shift_1[0], c.shift_2[0])
     approach = max(-c.velocity[0], 0.0)
-    if c.friction_mode == DRAG:
+    if c.friction_mode == state.DRAG:
         rim = cone_width(c) * approach
         return shear_force(c, approach, rim * c.slip_dir_1, rim * c.slip_dir_2)
     return shear_force(c, approach, c.slip_1[0], c.slip_2[0])
 
 
 @inner
-def drag_stiffness(c: ContactState) -> float:
+def drag_stiffness(c: state.ContactState) -> float:
     """Stiffness k of the normal force k y^p of a contact that drags."""
     square = 1.0 + c.friction * cone_width(c)
     return c.stiffness * square ** (0.5 * (c.exponent - 1.0))
 
 
 @inner
-def spring_energy(c: ContactState) -> float:
+def spring_energy(c: state.ContactState) -> float:
     """Energy in the springs of a contact; zero if it is open."""
     y = c.compression[0]
-    if shears(c):
+    if state.shears(c):
         u_1, u_2 = c.shift_1[0], c.shift_2[0]
         y = sqrt(y * y + c.shear * (u_1 * u_1 + u_2 * u_2))
     return elastic_energy(c.stiffness, y, c.exponent)
 
 
 @inner
-def count_losses(c: ContactState, scale: float, order: int, x: float) -> None:
+def count_losses(c: state.ContactState, scale: float, order: int, x: float) -> None:
     """Add the energy that a step to x costs a contact that shears."""
-    if c.normal_mode == RESTITUTION:
+    if c.normal_mode == state.RESTITUTION:
         faster = scale * (c.compression_rate - 1.0)
         c.restitution_loss += faster * product_integral(c.force, c.velocity, order, x)
-    if c.friction_mode == DRAG:
+    if c.friction_mode == state.DRAG:
         c.friction_loss += scale * c.friction * product_integral(c.force, c.sliding, order, x)
 
 
 @inner
-def set_forces(contacts: list[ContactState]) -> None:
+def set_forces(contacts: list[state.ContactState]) -> None:
     """Write the forces of this moment, but for the friction of contacts that stick."""
     for j in range(len(contacts)):
         c = contacts[j]
-        if is_active(c):
+        if state.is_active(c):
             c.force[0] = c.stiffness * c.compression[0] ** c.exponent
-            if shears(c):
+            if state.shears(c):
                 c.force[0], c.friction_1[0], c.friction_2[0] = shear_force(
                     c, c.compression[0], c.shift_1[0], c.shift_2[0]
                 )
-            elif c.friction_mode == ELASTIC:
-                c.friction_1[0], c.friction_2[0] = elastic_friction(c, 0)
-            elif slips(c):
-                rub, slip = friction_at(c, slip_speed(c)) * c.force[0], max(slip_speed(c), 1e-300)
+            elif c.friction_mode == state.ELASTIC:
+                c.friction_1[0], c.friction_2[0] = state.elastic_friction(c, 0)
+            elif state.slips(c):
+                rub, slip = (
+                    state.friction_at(c, state.slip_speed(c)) * c.force[0],
+                    max(state.slip_speed(c), 1e-300),
+                )
                 c.friction_1[0] = -rub * c.slip_1[0] / slip
                 c.friction_2[0] = -rub * c.slip_2[0] / slip
 
 
 @inner
 def normal_acceleration(
-    contacts: list[ContactState], ws: Workspace, j: int
+    contacts: list[state.ContactState], ws: state.Workspace, j: int
 ) -> tuple[float, float]:
     """Sum the normal acceleration of a contact by the first forces, and the size of its terms."""
     total, size, row = 0.0, 0.0, ws.reduced[3 * j]
     for k in range(len(contacts)):
         c = contacts[k]
-        if is_active(c):
+        if state.is_active(c):
             push = row[3 * k] * c.force[0]
             total, size = total + push, size + abs(push)
-            if friction_is_explicit(c):
+            if state.friction_is_explicit(c):
                 push = row[3 * k + 1] * c.friction_1[0] + row[3 * k + 2] * c.friction_2[0]
                 total, size = total + push, size + abs(push)
     return total, size
 
 
 @inner
-def eliminate_sticking(contacts: list[ContactState], ws: Workspace) -> None:
+def eliminate_sticking(contacts: list[state.ContactState], ws: state.Workspace) -> None:
     """
     Eliminate the friction of sticking contacts: it is the force that keeps their slip at zero.
 
@@ -187,8 +166,8 @@ def eliminate_sticking(contacts: list[ContactState], ws: Workspace) -> None:
     w, reduced, gain, stuck = ws.delassus, ws.reduced, ws.stick_gain, ws.indices
     count = 0
     for j in range(len(contacts)):
-        if is_active(contacts[j]):
-            if sticks(contacts[j]):
+        if state.is_active(contacts[j]):
+            if state.sticks(contacts[j]):
                 stuck[count], stuck[count + 1] = 3 * j + 1, 3 * j + 2
                 count += 2
             for i in range(3 * len(contacts)):
@@ -201,7 +180,7 @@ def eliminate_sticking(contacts: list[ContactState], ws: Workspace) -> None:
 
 
 @inner
-def eliminate(contacts: list[ContactState], ws: Workspace, count: int) -> None:
+def eliminate(contacts: list[state.ContactState], ws: state.Workspace, count: int) -> None:
     """Eliminate the first `count` components that `ws.indices` names."""
     w, reduced, gain, stuck = ws.delassus, ws.reduced, ws.stick_gain, ws.indices
     size = 3 * len(contacts)
@@ -212,7 +191,7 @@ def eliminate(contacts: list[ContactState], ws: Workspace, count: int) -> None:
     pseudo_inverse(block, inverse, ws.matrix[2], count)
     for a in range(count):
         for j in range(size):
-            if is_active(contacts[j // 3]):
+            if state.is_active(contacts[j // 3]):
                 for b in range(count):
                     gain[stuck[a]][j] -= inverse[a][b] * w[stuck[b]][j]
     for a in range(count):
@@ -220,12 +199,12 @@ def eliminate(contacts: list[ContactState], ws: Workspace, count: int) -> None:
             gain[stuck[a]][stuck[b]] = 0.0
     for a in range(count):
         for j in range(size):
-            if is_active(contacts[j // 3]) and gain[stuck[a]][j] != 0.0:
+            if state.is_active(contacts[j // 3]) and gain[stuck[a]][j] != 0.0:
                 for i in range(size):
                     reduced[i][j] += w[i][stuck[a]] * gain[stuck[a]][j]
     # Sticking contacts may hold a contact completely. Rounding would leave it a mobility.
     for j in range(size):
-        if is_active(contacts[j // 3]):
+        if state.is_active(contacts[j // 3]):
             for i in range(size):
                 least = METHOD_OPTIONS.rounding * METHOD_OPTIONS.rounding * w[i][i] * w[j][j]
                 if reduced[i][j] * reduced[i][j] <= least:
@@ -237,19 +216,19 @@ def eliminate(contacts: list[ContactState], ws: Workspace, count: int) -> None:
 
 
 @inner
-def find_coupled(contacts: list[ContactState], ws: Workspace) -> None:
+def find_coupled(contacts: list[state.ContactState], ws: state.Workspace) -> None:
     """List the active contacts that accelerate each contact: in a rack, a third at most."""
     for i in range(len(contacts)):
         found = 0
         for j in range(len(contacts)):
-            if is_active(contacts[j]) and feels(ws, i, j):
+            if state.is_active(contacts[j]) and feels(ws, i, j):
                 ws.coupled[i][found] = j
                 found += 1
         ws.coupled[i][found] = -1
 
 
 @inner
-def feels(ws: Workspace, i: int, j: int) -> bool:
+def feels(ws: state.Workspace, i: int, j: int) -> bool:
     """Whether any force at contact j accelerates contact i."""
     for row in range(3 * i, 3 * i + 3):
         for column in range(3 * j, 3 * j + 3):
@@ -314,7 +293,7 @@ def minimize_over_disc(
 
 @inner
 def acceleration(
-    contacts: list[ContactState], ws: Workspace, row: int, force: Floats, without: int
+    contacts: list[state.ContactState], ws: state.Workspace, row: int, force: Floats, without: int
 ) -> tuple[float, float]:
     """
     Acceleration of one contact velocity under all forces but two, and its rounding scale.
@@ -331,7 +310,9 @@ def acceleration(
 
 
 @inner
-def solve_stick_friction(contacts: list[ContactState], ws: Workspace, force: Floats) -> None:
+def solve_stick_friction(
+    contacts: list[state.ContactState], ws: state.Workspace, force: Floats
+) -> None:
     """
     Find the friction of the contacts without slip, given all other forces.
 
@@ -347,7 +328,7 @@ def solve_stick_friction(contacts: list[ContactState], ws: Workspace, force: Flo
         change = 0.0
         for j in range(len(contacts)):
             c = contacts[j]
-            if is_active(c) and sticks(c):
+            if state.is_active(c) and state.sticks(c):
                 x, y = 3 * j + 1, 3 * j + 2
                 bx, _scale = acceleration(contacts, ws, x, force, x)
                 by, _scale = acceleration(contacts, ws, y, force, x)
@@ -362,7 +343,7 @@ def solve_stick_friction(contacts: list[ContactState], ws: Workspace, force: Flo
 
 @inner
 def exceeds_cone(
-    contacts: list[ContactState], ws: Workspace, force: Floats, j: int, noise: float
+    contacts: list[state.ContactState], ws: state.Workspace, force: Floats, j: int, noise: float
 ) -> tuple[bool, float, float]:
     """Whether a contact cannot stick under these forces; then also the direction of its slip."""
     c = contacts[j]
@@ -379,21 +360,23 @@ def exceeds_cone(
 
 
 @inner
-def start_slip_onsets(contacts: list[ContactState], ws: Workspace, force: Floats) -> None:
+def start_slip_onsets(
+    contacts: list[state.ContactState], ws: state.Workspace, force: Floats
+) -> None:
     """Let the contacts slip that cannot stick under the forces of `solve_stick_friction`."""
     for j in range(len(contacts)):
         c = contacts[j]
-        if is_active(c) and sticks(c):
+        if state.is_active(c) and state.sticks(c):
             exceeds, along_1, along_2 = exceeds_cone(
                 contacts, ws, force, j, METHOD_OPTIONS.onset_noise
             )
             if exceeds:
-                c.friction_mode = SLIP_ONSET
+                c.friction_mode = state.SLIP_ONSET
                 c.slip_dir_1, c.slip_dir_2 = along_1, along_2
 
 
 @inner
-def start_slip(contacts: list[ContactState], ws: Workspace, j: int) -> None:
+def start_slip(contacts: list[state.ContactState], ws: state.Workspace, j: int) -> None:
     """
     Let a sticking contact begin to slip along its slip direction, if the other contacts allow it.
 
@@ -402,17 +385,17 @@ def start_slip(contacts: list[ContactState], ws: Workspace, j: int) -> None:
     them.
     """
     c = contacts[j]
-    c.friction_mode = SLIP_ONSET
+    c.friction_mode = state.SLIP_ONSET
     eliminate_sticking(contacts, ws)
     if yields_along(ws, j, c.slip_dir_1, c.slip_dir_2):
-        stop_slip(c)
+        state.stop_slip(c)
     else:
-        c.friction_mode = REDUNDANT_STICK
+        c.friction_mode = state.REDUNDANT_STICK
         eliminate_sticking(contacts, ws)
 
 
 @inner
-def yields_along(ws: Workspace, j: int, d: float, e: float) -> bool:
+def yields_along(ws: state.Workspace, j: int, d: float, e: float) -> bool:
     """Whether a force along the tangent (d, e) of a contact moves it along that tangent."""
     x, y = 3 * j + 1, 3 * j + 2
     one, mixed, two = ws.reduced[x][x], ws.reduced[x][y], ws.reduced[y][y]
@@ -427,19 +410,19 @@ def yields_along(ws: Workspace, j: int, d: float, e: float) -> bool:
 
 @inner
 def sticking_is_feasible(
-    contacts: list[ContactState], ws: Workspace, order: int, x: float
+    contacts: list[state.ContactState], ws: state.Workspace, order: int, x: float
 ) -> bool:
     """Whether any division of friction keeps the contacts without slip in place at x."""
     force = ws.vector[0]
     for j in range(len(contacts)):
         c, n = contacts[j], 3 * j
-        force[n] = evaluate(c.force, order - 1, x) if is_active(c) else 0.0
-        force[n + 1] = evaluate(c.friction_1, order - 1, x) if resists(c) else 0.0
-        force[n + 2] = evaluate(c.friction_2, order - 1, x) if resists(c) else 0.0
+        force[n] = evaluate(c.force, order - 1, x) if state.is_active(c) else 0.0
+        force[n + 1] = evaluate(c.friction_1, order - 1, x) if state.resists(c) else 0.0
+        force[n + 2] = evaluate(c.friction_2, order - 1, x) if state.resists(c) else 0.0
     solve_stick_friction(contacts, ws, force)
     for j in range(len(contacts)):
         c = contacts[j]
-        if is_active(c) and sticks(c):
+        if state.is_active(c) and state.sticks(c):
             exceeds, _along_1, _along_2 = exceeds_cone(
                 contacts, ws, force, j, METHOD_OPTIONS.division_noise
             )
@@ -449,7 +432,9 @@ def sticking_is_feasible(
 
 
 @inner
-def assign_friction_modes(contacts: list[ContactState], ws: Workspace, least: float) -> None:
+def assign_friction_modes(
+    contacts: list[state.ContactState], ws: state.Workspace, least: float
+) -> None:
     """
     Give every active contact its friction mode, and eliminate the friction of those that stick.
 
@@ -461,16 +446,16 @@ def assign_friction_modes(contacts: list[ContactState], ws: Workspace, least: fl
     loaded = False
     waiting = False
     for j in range(len(contacts)):
-        loaded = loaded or (is_active(contacts[j]) and contacts[j].compression[0] > 0.0)
+        loaded = loaded or (state.is_active(contacts[j]) and contacts[j].compression[0] > 0.0)
         for i in range(3):
             force[3 * j + i] = 0.0
     for j in range(len(contacts)):
         c, n = contacts[j], 3 * j
-        if c.normal_mode == INACTIVE:
-            c.friction_mode = FRICTIONLESS
+        if c.normal_mode == state.INACTIVE:
+            c.friction_mode = state.FRICTIONLESS
             continue
-        if c.friction_mode == ELASTIC:
-            force[n + 1], force[n + 2] = elastic_friction(c, 0)
+        if c.friction_mode == state.ELASTIC:
+            force[n + 1], force[n + 2] = state.elastic_friction(c, 0)
             continue
         pressed = c.compression[0] if loaded else max(-c.velocity[0], 0.0)
         if c.shear > 0.0:
@@ -478,19 +463,19 @@ def assign_friction_modes(contacts: list[ContactState], ws: Workspace, least: fl
             force[n], force[n + 1], force[n + 2] = present_force(c, loaded)
             continue
         force[n] = c.stiffness * pressed**c.exponent
-        if c.friction == 0.0 or c.friction_mode == DEFERRED:
+        if c.friction == 0.0 or c.friction_mode == state.DEFERRED:
             continue
-        slip = slip_speed(c)
+        slip = state.slip_speed(c)
         if slip > least:
-            if c.friction_mode != CREEP:
-                c.friction_mode = SLIP
+            if c.friction_mode != state.CREEP:
+                c.friction_mode = state.SLIP
             c.slip_dir_1, c.slip_dir_2 = c.slip_1[0] / slip, c.slip_2[0] / slip
-        elif c.friction_mode != SLIP_ONSET:
-            stop_slip(c)
-            c.friction_mode = STICK
+        elif c.friction_mode != state.SLIP_ONSET:
+            state.stop_slip(c)
+            c.friction_mode = state.STICK
             waiting = True
-        if slips(c):
-            rub = friction_at(c, slip) * force[n]
+        if state.slips(c):
+            rub = state.friction_at(c, slip) * force[n]
             force[n + 1], force[n + 2] = -rub * c.slip_dir_1, -rub * c.slip_dir_2
     if waiting:
         solve_stick_friction(contacts, ws, force)

@@ -3,36 +3,9 @@
 from math import inf, log10, sqrt
 
 from billiard_shot.compiled import inner
+from billiard_shot.impact import events, friction, moving_bodies
 from billiard_shot.impact.beginning import turn_normals
 from billiard_shot.impact.collocation import implicit_step
-from billiard_shot.impact.events import (
-    ACTIVATION,
-    apply,
-    CONE_EXIT,
-    deactivate,
-    first_event,
-    ImpactEvent,
-    NO_EVENT,
-    NORMAL_REVERSAL,
-    RESTITUTION_END,
-    set_onset_direction,
-    SPRING_EXHAUSTED,
-    Step,
-)
-from billiard_shot.impact.friction import (
-    assign_friction_modes,
-    normal_acceleration,
-    spring_energy,
-    sticking_is_feasible,
-)
-from billiard_shot.impact.moving_bodies import (
-    expand_distances,
-    find_accelerations,
-    impulse_along,
-    part,
-    PLACE_ROWS,
-    separation_coefficient,
-)
 from billiard_shot.impact.options import METHOD_OPTIONS, negligible_speed
 from billiard_shot.impact.state import (
     ContactState,
@@ -80,7 +53,7 @@ def integrate(
             update_speed(m, contacts, ws, p)
         if p.modes_changed:
             p.modes_changed = False
-            assign_friction_modes(contacts, ws, zero_slip(m, p))
+            friction.assign_friction_modes(contacts, ws, zero_slip(m, p))
             if has_died_down(m, contacts, ws):
                 return end(m, contacts, ws, p, log, INFINITE_SEQUENCE)
         step = propose_step(m, contacts, ws, p)
@@ -90,11 +63,11 @@ def integrate(
             continue
         if p.stiff == 0 and is_jammed(contacts, ws):
             return end(m, contacts, ws, p, log, p.status)
-        event = first_event(m, contacts, ws, step, p.speed)
+        event = events.first_event(m, contacts, ws, step, p.speed)
         take_step(m, contacts, ws, p, step, event)
         if m.interval < inf and not some_turn(contacts):
             p.next_turn = p.time + m.interval  # the next contact that closes begins an interval
-        if event.kind != NO_EVENT:
+        if event.kind != events.NO_EVENT:
             apply_event(m, contacts, ws, p, log, event)
             if tip_has_failed(contacts, p):
                 return end(m, contacts, ws, p, log, p.status)
@@ -152,9 +125,11 @@ def is_time_to_turn(p: ImpactProgress) -> bool:
 
 
 @inner
-def ends_section(contacts: list[ContactState], p: ImpactProgress, event: ImpactEvent) -> bool:
+def ends_section(
+    contacts: list[ContactState], p: ImpactProgress, event: events.ImpactEvent
+) -> bool:
     """Whether an event ends the compression of the contact that sections are counted by."""
-    if event.kind != NORMAL_REVERSAL or contacts[event.contact].normal_mode != RESTITUTION:
+    if event.kind != events.NORMAL_REVERSAL or contacts[event.contact].normal_mode != RESTITUTION:
         return False
     if p.section < 0 or p.events - p.section_start > METHOD_OPTIONS.max_section_events:
         p.section, p.sections = event.contact, 0
@@ -198,7 +173,7 @@ def update_speed(m: Model, contacts: list[ContactState], ws: Workspace, p: Impac
 @inner
 def active_speed(c: ContactState, response: float) -> float:
     """Velocity that an active contact has, or that its spring could still give."""
-    energy = spring_energy(c)
+    energy = friction.spring_energy(c)
     return max(abs(c.velocity[0]), sqrt(2.0 * energy * response))
 
 
@@ -220,7 +195,9 @@ def has_died_down(m: Model, contacts: list[ContactState], ws: Workspace) -> bool
 
 
 @inner
-def propose_step(m: Model, contacts: list[ContactState], ws: Workspace, p: ImpactProgress) -> Step:
+def propose_step(
+    m: Model, contacts: list[ContactState], ws: Workspace, p: ImpactProgress
+) -> events.Step:
     """Fill the polynomials of the longest step within the tolerance; scale 0 if none is found."""
     stiff, redundant = prepare_contacts(m, contacts)
     p.steps += 1 + METHOD_OPTIONS.implicit_cost * stiff * stiff
@@ -255,8 +232,8 @@ def propose_step(m: Model, contacts: list[ContactState], ws: Workspace, p: Impac
         if redundant:
             length = min(length, METHOD_OPTIONS.max_redundant_step / scale)
         if m.moves:
-            expand_distances(m.bodies, contacts, ws, scale, order, length)
-    return Step(scale, order, length, noise, error, tolerance)
+            moving_bodies.expand_distances(m.bodies, contacts, ws, scale, order, length)
+    return events.Step(scale, order, length, noise, error, tolerance)
 
 
 @inner
@@ -289,17 +266,17 @@ def take_step(
     contacts: list[ContactState],
     ws: Workspace,
     p: ImpactProgress,
-    step: Step,
-    event: ImpactEvent,
+    step: events.Step,
+    event: events.ImpactEvent,
 ) -> None:
     """Advance to an event, and update the friction modes."""
-    if event.kind == CONE_EXIT:
-        set_onset_direction(contacts[event.contact], step.order, event.x)
+    if event.kind == events.CONE_EXIT:
+        events.set_onset_direction(contacts[event.contact], step.order, event.x)
     if event.x > 0.0:
         p.phase_open = True
         for j in range(len(contacts)):
             if contacts[j].friction_mode == REDUNDANT_STICK:
-                feasible = sticking_is_feasible(contacts, ws, step.order, event.x)
+                feasible = friction.sticking_is_feasible(contacts, ws, step.order, event.x)
                 p.modes_changed = p.modes_changed or not feasible
                 break
         advance(m, contacts, ws, step.scale, step.order, event.x)
@@ -310,8 +287,8 @@ def take_step(
                 c.friction_mode = SLIP
             if slips(c) and not m.planar and slip_speed(c) <= zero_slip(m, p):
                 p.modes_changed = True
-    if m.interval < inf and (event.kind == ACTIVATION or is_time_to_turn(p)):
-        find_accelerations(m.bodies, contacts, ws, step.order, event.x)
+    if m.interval < inf and (event.kind == events.ACTIVATION or is_time_to_turn(p)):
+        moving_bodies.find_accelerations(m.bodies, contacts, ws, step.order, event.x)
     for j in range(len(contacts)):
         c = contacts[j]
         presses = c.compression[0] >= (1.0 - 1e-9) * c.negligible_compression
@@ -336,33 +313,33 @@ def apply_event(
     ws: Workspace,
     p: ImpactProgress,
     log: list[PhaseLog],
-    event: ImpactEvent,
+    event: events.ImpactEvent,
 ) -> None:
     """Apply the transition of an event; first log the phase, if the event ends it."""
     kind, j = event.kind, event.contact
     p.steps_since_event = 0
     p.events += 1
     p.event_hash = (p.event_hash * 31 + 8 * j + kind) % 1_000_000_007
-    if kind in (ACTIVATION, RESTITUTION_END, SPRING_EXHAUSTED):
+    if kind in (events.ACTIVATION, events.RESTITUTION_END, events.SPRING_EXHAUSTED):
         if p.phase_open:
             log_phase(m, contacts, p, log, kind, j)
         p.phase_open = False
-    if kind == SPRING_EXHAUSTED:
+    if kind == events.SPRING_EXHAUSTED:
         p.status = NEGATIVE_ENERGY
     known = event.x > 0.0 or contacts[j].velocity[0] == 0.0
-    jumped = apply(m, contacts, ws, event, known, p.next_turn - p.time)
-    if kind == ACTIVATION:
+    jumped = events.apply(m, contacts, ws, event, known, p.next_turn - p.time)
+    if kind == events.ACTIVATION:
         contacts[j].began = p.time
-    elif kind in (RESTITUTION_END, SPRING_EXHAUSTED):
+    elif kind in (events.RESTITUTION_END, events.SPRING_EXHAUSTED):
         contacts[j].touched += p.time - contacts[j].began
-    if kind == CONE_EXIT and p.stiff > 1:  # else slip onsets follow each other without end
+    if kind == events.CONE_EXIT and p.stiff > 1:  # else slip onsets follow each other without end
         defer_friction(m, contacts)
         jumped = True
     p.modes_changed = p.modes_changed or jumped
 
 
 @inner
-def next_scale(p: ImpactProgress, step: Step) -> float:
+def next_scale(p: ImpactProgress, step: events.Step) -> float:
     """Scale of the next step: as long as the tolerance allowed this one to be."""
     if p.stiff > 0:
         longer = (step.tolerance / max(step.error, 1e-300)) ** (1.0 / IMPLICIT_STAGES)
@@ -418,7 +395,7 @@ def is_jammed(contacts: list[ContactState], ws: Workspace) -> bool:
             return False
         if shears(c) and slip_speed(c) > METHOD_OPTIONS.jam_speed:
             return False
-        push, size = normal_acceleration(contacts, ws, j)
+        push, size = friction.normal_acceleration(contacts, ws, j)
         if abs(push) > METHOD_OPTIONS.rounding * size:
             return False
     return True
@@ -455,9 +432,9 @@ def end(
     for j in range(len(contacts)):
         if is_pressed(contacts[j]):
             contacts[j].touched += p.time - contacts[j].began
-            deactivate(m, contacts[j])
+            events.deactivate(m, contacts[j])
             if m.moves:
-                part(contacts, ws, j)
+                moving_bodies.part(contacts, ws, j)
     p.status = status
     return True
 
@@ -483,9 +460,12 @@ def log_phase(
         row.active = 1 if is_pressed(c) else 0
         row.impulse, row.impulse_1, row.impulse_2 = c.impulse[0], c.impulse[1], c.impulse[2]
         if m.bodies > 0:
-            row.impulse, row.impulse_1 = impulse_along(c, 0), impulse_along(c, 1)
-            row.impulse_2 = impulse_along(c, 2)
-        row.energy = spring_energy(c)
+            row.impulse, row.impulse_1 = (
+                moving_bodies.impulse_along(c, 0),
+                moving_bodies.impulse_along(c, 1),
+            )
+            row.impulse_2 = moving_bodies.impulse_along(c, 2)
+        row.energy = friction.spring_energy(c)
 
 
 @inner
@@ -521,7 +501,7 @@ def may_strike_again(contacts: list[ContactState], ws: Workspace) -> bool:
 @inner
 def reaches(c: ContactState, shaft: ContactState, ws: Workspace, fastest: float) -> bool:
     """Whether tip and ball approach if the end swings back as fast as it can, or stops."""
-    x, y, z = separation_coefficient(c, ws, PLACE_ROWS, 0)
+    x, y, z = moving_bodies.separation_coefficient(c, ws, moving_bodies.PLACE_ROWS, 0)
     size = sqrt(x * x + y * y + z * z)
     swings = 0.0  # along the line of centres
     for k, along in enumerate((x, y, z)):

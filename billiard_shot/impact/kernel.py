@@ -10,25 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from billiard_shot.compiled import entry, inner
-from billiard_shot.impact.beginning import (
-    begin_collision,
-    Collisions,
-    ContactProperties,
-    Units,
-    UNLIMITED,
-)
+from billiard_shot.impact import beginning, moving_bodies
 from billiard_shot.impact.collocation import TABLEAUS
 from billiard_shot.impact.friction import spring_energy
 from billiard_shot.impact.integrator import end, integrate, logged_contacts
-from billiard_shot.impact.moving_bodies import (
-    change_units,
-    end_swings,
-    energy_of_bodies,
-    impulse_along,
-    push_bodies,
-    store_body,
-    VELOCITY_ROWS,
-)
 from billiard_shot.impact.options import elastic_energy, METHOD_OPTIONS, POISSON
 from billiard_shot.impact.state import (
     BodyState,
@@ -255,7 +240,7 @@ class Results(NamedTuple):
 @inner
 def finish(
     m: Model,
-    units: Units,
+    units: beginning.Units,
     contacts: list[ContactState],
     ws: Workspace,
     p: ImpactProgress,
@@ -287,7 +272,7 @@ def finish(
 @inner
 def finish_bodies(
     m: Model,
-    units: Units,
+    units: beginning.Units,
     contacts: list[ContactState],
     ws: Workspace,
     results: Results,
@@ -296,17 +281,17 @@ def finish_bodies(
     """Write the bodies of a collision in SI units; push those that did not move."""
     if m.moves:
         length = units.speed * units.time
-        change_units(contacts, ws, m.bodies, 1.0 / units.speed, 1.0 / length)
+        moving_bodies.change_units(contacts, ws, m.bodies, 1.0 / units.speed, 1.0 / length)
     else:
         impulses = ws.vector[0]
         for j in range(len(contacts)):
             c = contacts[j]
             for k in range(3):
                 impulses[k] = units.impulse * c.impulse[k]
-            push_bodies(ws, c, impulses, VELOCITY_ROWS, 0)
+            moving_bodies.push_bodies(ws, c, impulses, moving_bodies.VELOCITY_ROWS, 0)
     for b in range(m.bodies):
         ws.bodies[b].lost *= units.impulse * units.speed
-        store_body(results.bodies[number * m.bodies + b], ws, b)
+        moving_bodies.store_body(results.bodies[number * m.bodies + b], ws, b)
 
 
 @inner
@@ -321,12 +306,14 @@ def clear_result(result: ContactResult, length: float) -> None:
 
 
 @inner
-def write_result(m: Model, c: ContactState, result: ContactResult, units: Units) -> None:
+def write_result(m: Model, c: ContactState, result: ContactResult, units: beginning.Units) -> None:
     """Write the result of a contact."""
     unit, speed = units.impulse, units.speed
     result.length = speed * units.time * c.compression[0]
     for k in range(3):
-        result.impulse[k] = unit * (impulse_along(c, k) if m.bodies > 0 else c.impulse[k])
+        result.impulse[k] = unit * (
+            moving_bodies.impulse_along(c, k) if m.bodies > 0 else c.impulse[k]
+        )
     result.restitution_loss = unit * speed * c.restitution_loss
     result.friction_loss = unit * speed * c.friction_loss
     result.final_slip, result.slid = speed * c.final_slip, speed * units.time * c.slid
@@ -361,7 +348,7 @@ def energy_imbalance_of_bodies(
     m: Model, contacts: list[ContactState], before: float, ws: Workspace
 ) -> float:
     """Energy imbalance of moving bodies, relative to normal impulses times the approach speed."""
-    gap, turnover = energy_of_bodies(ws, m.bodies) - before, 0.0
+    gap, turnover = moving_bodies.energy_of_bodies(ws, m.bodies) - before, 0.0
     for b in range(m.bodies):
         gap += ws.bodies[b].lost
     for j in range(len(contacts)):
@@ -391,10 +378,10 @@ def new_scratch(storage: Storage, count: int) -> Scratch:
 
 def _example(storage: Storage) -> tuple[Any, ...]:
     """Make one contact that approaches."""
-    properties = storage.records(ContactProperties, 1)
+    properties = storage.records(beginning.ContactProperties, 1)
     properties[0].stiffness, properties[0].exponent = 1.0, 1.0
-    properties[0].max_closings = UNLIMITED
-    one = Collisions(
+    properties[0].max_closings = beginning.UNLIMITED
+    one = beginning.Collisions(
         properties=properties,
         law=0,
         bodies=storage.records(BodyState, 0),
@@ -414,28 +401,28 @@ def _example(storage: Storage) -> tuple[Any, ...]:
 
 
 @entry(_example)
-def solve_collisions(given: Collisions, scratch: Scratch, results: Results) -> None:
+def solve_collisions(given: beginning.Collisions, scratch: Scratch, results: Results) -> None:
     """Solve n collisions of the same N contacts, one after the other; write the results."""
     contacts, ws, p = scratch.contacts, scratch.workspace, scratch.progress[0]
     count, log = len(contacts), results.log
     for i in range(len(given.tolerance)):
         if not given.tolerance[i] > 0.0:
             continue
-        m, units = begin_collision(given, i, contacts, ws, p)
+        m, units = beginning.begin_collision(given, i, contacts, ws, p)
         if units.speed > 0.0:
             while not integrate(m, contacts, ws, p, log):
                 if ends_in_geometric_tail(m, contacts, ws, p):
                     end(m, contacts, ws, p, log, INFINITE_SEQUENCE)
                     break
             if m.moves:
-                end_swings(contacts, ws)
+                moving_bodies.end_swings(contacts, ws)
             finish(m, units, contacts, ws, p, results, number=i)
         else:
             for j in range(count):
                 length = given.lengths[i][j] if given.distances and m.bodies == 0 else 0.0
                 clear_result(results.contacts[i * count + j], length)
             for b in range(m.bodies):
-                store_body(results.bodies[i * m.bodies + b], ws, b)
+                moving_bodies.store_body(results.bodies[i * m.bodies + b], ws, b)
         outcome = results.outcomes[i]
         outcome.status, outcome.phases, outcome.steps = p.status, p.phases, p.steps
         outcome.duration = units.time * p.time
@@ -539,13 +526,13 @@ def solve_in_contact_space(
     """
     n, count = len(velocity), np.shape(properties.friction)[-1]
     storage = storage or solve_collisions.current().storage
-    given = ROWS.records(ContactProperties, n * count)
+    given = ROWS.records(beginning.ContactProperties, n * count)
     table = given.reshape(n, count)
     for name in ('friction', 'fading', 'decay', 'restitution', 'stiffness', 'exponent'):
         table[name] = getattr(properties, name)
-    table['max_closings'] = UNLIMITED
-    collisions = Collisions(
-        properties=storage.from_rows(ContactProperties, given),
+    table['max_closings'] = beginning.UNLIMITED
+    collisions = beginning.Collisions(
+        properties=storage.from_rows(beginning.ContactProperties, given),
         law=properties.law,
         bodies=storage.records(BodyState, 0),
         delassus=storage.array(delassus),

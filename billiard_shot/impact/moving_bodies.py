@@ -3,22 +3,8 @@
 from math import sqrt
 
 from billiard_shot.compiled import inner
+from billiard_shot.impact import state
 from billiard_shot.impact.options import METHOD_OPTIONS
-from billiard_shot.impact.state import (
-    BodyState,
-    ContactState,
-    FREE,
-    GONE,
-    HELD,
-    INACTIVE,
-    is_active,
-    PLANE,
-    resists,
-    rest_open,
-    SHAFT,
-    TIP_BODY,
-    Workspace,
-)
 from billiard_shot.numerics import rounding
 from billiard_shot.numerics.polynomial import evaluate
 from billiard_shot.numerics.vectors import contact_axes, dot
@@ -29,7 +15,7 @@ PLACE_ROWS, VELOCITY_ROWS, SPIN_ROWS, ACCELERATION_ROWS = 0, 3, 6, 9
 
 
 @inner
-def load_body(body: BodyState, ws: Workspace, b: int) -> None:
+def load_body(body: state.BodyState, ws: state.Workspace, b: int) -> None:
     """Copy a body into the workspace."""
     copy, motion = ws.bodies[b], ws.motion[b]
     copy.kind, copy.response, copy.across = body.kind, body.response, body.across
@@ -42,7 +28,7 @@ def load_body(body: BodyState, ws: Workspace, b: int) -> None:
 
 
 @inner
-def store_body(body: BodyState, ws: Workspace, b: int) -> None:
+def store_body(body: state.BodyState, ws: state.Workspace, b: int) -> None:
     """Copy the motion of a body at the end of a collision, and its loss, from the workspace."""
     motion = ws.motion[b]
     body.lost = ws.bodies[b].lost
@@ -52,7 +38,9 @@ def store_body(body: BodyState, ws: Workspace, b: int) -> None:
 
 
 @inner
-def place_contacts(contacts: list[ContactState], ws: Workspace, velocity: Floats) -> None:
+def place_contacts(
+    contacts: list[state.ContactState], ws: state.Workspace, velocity: Floats
+) -> None:
     """Set the axes of contacts at the start of a collision; write velocities (3 N,) and W."""
     w = ws.delassus
     for j in range(len(contacts)):
@@ -63,13 +51,13 @@ def place_contacts(contacts: list[ContactState], ws: Workspace, velocity: Floats
                 w[3 * j + k][column] = 0.0
         velocity[3 * j], velocity[3 * j + 1], velocity[3 * j + 2] = velocity_of(contacts[j], ws)
         for k in range(j + 1):
-            if contacts[j].hold == FREE and contacts[k].hold == FREE:
+            if contacts[j].hold == state.FREE and contacts[k].hold == state.FREE:
                 couple(contacts, ws, j, k)
 
 
 @inner
 def separation_coefficient(
-    c: ContactState, ws: Workspace, row: int, k: int
+    c: state.ContactState, ws: state.Workspace, row: int, k: int
 ) -> tuple[float, float, float]:
     """
     Coefficient k of the way from body b to body a: of the place, or of its derivatives.
@@ -81,14 +69,14 @@ def separation_coefficient(
     if fixed.response == 0.0:
         axis = fixed.axis
         along = x * axis[0] + y * axis[1] + z * axis[2]
-        if fixed.kind == PLANE:
+        if fixed.kind == state.PLANE:
             return along * axis[0], along * axis[1], along * axis[2]
         return x - along * axis[0], y - along * axis[1], z - along * axis[2]
     return x, y, z
 
 
 @inner
-def distance_of_centres(c: ContactState, ws: Workspace) -> float:
+def distance_of_centres(c: state.ContactState, ws: state.Workspace) -> float:
     """Distance of the centres of a contact's bodies, or of a ball from a fixed one."""
     x, y, z = separation_coefficient(c, ws, PLACE_ROWS, 0)
     return sqrt(x * x + y * y + z * z)
@@ -96,7 +84,11 @@ def distance_of_centres(c: ContactState, ws: Workspace) -> float:
 
 @inner
 def change_units(
-    contacts: list[ContactState], ws: Workspace, count: int, speed: float, length: float
+    contacts: list[state.ContactState],
+    ws: state.Workspace,
+    count: int,
+    speed: float,
+    length: float,
 ) -> None:
     """Divide the motion of bodies by units of speed and length."""
     for b in range(count):
@@ -112,7 +104,7 @@ def change_units(
 
 
 @inner
-def change_responses(ws: Workspace, count: int, mobility: float) -> None:
+def change_responses(ws: state.Workspace, count: int, mobility: float) -> None:
     """Divide the responses of bodies by a unit of 1 / mass."""
     for b in range(count):
         body = ws.bodies[b]
@@ -122,15 +114,15 @@ def change_responses(ws: Workspace, count: int, mobility: float) -> None:
 
 
 @inner
-def release_open_contacts(contacts: list[ContactState], ws: Workspace) -> None:
+def release_open_contacts(contacts: list[state.ContactState], ws: state.Workspace) -> None:
     """Clear the rows and columns of all open contacts in W."""
     for j in range(len(contacts)):
-        if contacts[j].normal_mode == INACTIVE:
+        if contacts[j].normal_mode == state.INACTIVE:
             clear_rows(contacts, ws, j)
 
 
 @inner
-def clear_rows(contacts: list[ContactState], ws: Workspace, j: int) -> None:
+def clear_rows(contacts: list[state.ContactState], ws: state.Workspace, j: int) -> None:
     """Clear the rows and columns of a contact in W."""
     for row in range(3 * j, 3 * j + 3):
         for column in range(3 * len(contacts)):
@@ -138,38 +130,38 @@ def clear_rows(contacts: list[ContactState], ws: Workspace, j: int) -> None:
 
 
 @inner
-def part(contacts: list[ContactState], ws: Workspace, j: int) -> None:
+def part(contacts: list[state.ContactState], ws: state.Workspace, j: int) -> None:
     """Store the distance at which a contact ends, and closes again; clear its rows in W."""
     c = contacts[j]
     clear_rows(contacts, ws, j)
-    if ws.bodies[c.body_a].kind == TIP_BODY and not has_shaft(contacts, c.body_a):
+    if ws.bodies[c.body_a].kind == state.TIP_BODY and not has_shaft(contacts, c.body_a):
         swing_back(contacts, ws, j)
     else:
         c.closing_distance = distance_of_centres(c, ws)
     if c.closings >= c.max_closings:
-        c.hold = GONE
+        c.hold = state.GONE
 
 
 @inner
-def has_shaft(contacts: list[ContactState], body: int) -> bool:
+def has_shaft(contacts: list[state.ContactState], body: int) -> bool:
     """Whether a shaft holds a body."""
     for j in range(len(contacts)):
-        if contacts[j].normal_mode == SHAFT and contacts[j].body_a == body:
+        if contacts[j].normal_mode == state.SHAFT and contacts[j].body_a == body:
             return True
     return False
 
 
 @inner
-def end_swings(contacts: list[ContactState], ws: Workspace) -> None:
+def end_swings(contacts: list[state.ContactState], ws: state.Workspace) -> None:
     """Move the tips of all cues with shafts to their axes, at the end of a collision."""
     for j in range(len(contacts)):
         c = contacts[j]
-        if c.normal_mode != SHAFT and has_shaft(contacts, c.body_a):
+        if c.normal_mode != state.SHAFT and has_shaft(contacts, c.body_a):
             swing_back(contacts, ws, j)
 
 
 @inner
-def swing_back(contacts: list[ContactState], ws: Workspace, j: int) -> None:
+def swing_back(contacts: list[state.ContactState], ws: state.Workspace, j: int) -> None:
     """Move the tip of a contact that ended to the axis of its cue, where it overlaps no ball."""
     c = contacts[j]
     body, motion = ws.bodies[c.body_a], ws.motion[c.body_a]
@@ -196,44 +188,46 @@ def swing_back(contacts: list[ContactState], ws: Workspace, j: int) -> None:
     if inside < 0.0:
         c.compression[0] = 0.0
         if c.velocity[0] < 0.0 and not meets_another(contacts, ws, j):
-            c.hold = HELD
+            c.hold = state.HELD
 
 
 @inner
-def height_of(contacts: list[ContactState], ws: Workspace, ball: int) -> float:
+def height_of(contacts: list[state.ContactState], ws: state.Workspace, ball: int) -> float:
     """Distance of a ball from the plane below it, 0 if it presses that plane."""
     for k in range(len(contacts)):
         c = contacts[k]
-        if c.body_a == ball and ws.bodies[c.body_b].kind == PLANE and not is_active(c):
+        if c.body_a == ball and ws.bodies[c.body_b].kind == state.PLANE and not state.is_active(c):
             return -c.compression[0]
     return 0.0
 
 
 @inner
-def meets_another(contacts: list[ContactState], ws: Workspace, j: int) -> bool:
+def meets_another(contacts: list[state.ContactState], ws: state.Workspace, j: int) -> bool:
     """Whether the ball of a tip's contact presses another ball or an edge."""
     ball = contacts[j].body_b
     for k in range(len(contacts)):
         c = contacts[k]
-        touches = k != j and is_active(c) and ball in (c.body_a, c.body_b)
-        if touches and ws.bodies[c.body_b].kind != PLANE:
+        touches = k != j and state.is_active(c) and ball in (c.body_a, c.body_b)
+        if touches and ws.bodies[c.body_b].kind != state.PLANE:
             return True
     return False
 
 
 @inner
-def free_tips(contacts: list[ContactState], ws: Workspace) -> None:
+def free_tips(contacts: list[state.ContactState], ws: state.Workspace) -> None:
     """Free the tips whose balls meet other bodies: each may press its ball from where it is."""
     for j in range(len(contacts)):
         c = contacts[j]
-        if c.hold == HELD and meets_another(contacts, ws, j):
-            c.hold = FREE
+        if c.hold == state.HELD and meets_another(contacts, ws, j):
+            c.hold = state.FREE
             c.closing_distance = min(c.reach, distance_of_centres(c, ws))
             measure(c, ws)
 
 
 @inner
-def push_bodies(ws: Workspace, c: ContactState, impulses: Vector, row: int, at: int) -> None:
+def push_bodies(
+    ws: state.Workspace, c: state.ContactState, impulses: Vector, row: int, at: int
+) -> None:
     """
     Add the effect of impulses of a contact on its bodies to coefficient `at` of three rows.
 
@@ -253,13 +247,13 @@ def push_bodies(ws: Workspace, c: ContactState, impulses: Vector, row: int, at: 
             turn = impulses[1] * s[k] - impulses[2] * t[k]
             a[SPIN_ROWS + k][at] -= one.turning * turn
             b[SPIN_ROWS + k][at] -= other.turning * turn
-    if one.kind == TIP_BODY:
+    if one.kind == state.TIP_BODY:
         for k in range(3):
             a[row + k][at] += (one.response - one.across) * along * one.axis[k]
 
 
 @inner
-def drift(ws: Workspace, count: int, time: float) -> None:
+def drift(ws: state.Workspace, count: int, time: float) -> None:
     """Move bodies by their velocities for a time."""
     for b in range(count):
         motion = ws.motion[b]
@@ -269,7 +263,7 @@ def drift(ws: Workspace, count: int, time: float) -> None:
 
 @inner
 def find_accelerations(
-    count: int, contacts: list[ContactState], ws: Workspace, order: int, x: float
+    count: int, contacts: list[state.ContactState], ws: state.Workspace, order: int, x: float
 ) -> None:
     """Write the accelerations of bodies under the forces of a step at x."""
     forces = ws.vector[0]
@@ -278,8 +272,8 @@ def find_accelerations(
             ws.motion[b][ACCELERATION_ROWS + k][0] = 0.0
     for j in range(len(contacts)):
         c = contacts[j]
-        if is_active(c):
-            rubs = resists(c)
+        if state.is_active(c):
+            rubs = state.resists(c)
             forces[0] = evaluate(c.force, order - 1, x)
             forces[1] = evaluate(c.friction_1, order - 1, x) if rubs else 0.0
             forces[2] = evaluate(c.friction_2, order - 1, x) if rubs else 0.0
@@ -289,8 +283,8 @@ def find_accelerations(
 @inner
 def expand_distances(
     count: int,
-    contacts: list[ContactState],
-    ws: Workspace,
+    contacts: list[state.ContactState],
+    ws: state.Workspace,
     scale: float,
     order: int,
     length: float,
@@ -299,20 +293,20 @@ def expand_distances(
     some_may_close = False
     for j in range(len(contacts)):
         c = contacts[j]
-        if c.normal_mode == INACTIVE:
-            some_may_close = some_may_close or c.hold != GONE
+        if c.normal_mode == state.INACTIVE:
+            some_may_close = some_may_close or c.hold != state.GONE
             for k in range(1, order + 1):
                 c.compression[k] = c.velocity[k] = 0.0
     if some_may_close:
         expand_places(count, contacts, ws, scale, order)
         for j in range(len(contacts)):
-            if contacts[j].normal_mode == INACTIVE and contacts[j].hold != GONE:
+            if contacts[j].normal_mode == state.INACTIVE and contacts[j].hold != state.GONE:
                 expand_distance(contacts[j], ws, scale, order, length)
 
 
 @inner
 def expand_places(
-    count: int, contacts: list[ContactState], ws: Workspace, scale: float, order: int
+    count: int, contacts: list[state.ContactState], ws: state.Workspace, scale: float, order: int
 ) -> None:
     """Fill the polynomials of the places of bodies."""
     shifts = ws.vector[0]
@@ -324,8 +318,8 @@ def expand_places(
                 motion[row][k] = 0.0
     for j in range(len(contacts)):
         c = contacts[j]
-        if is_active(c):
-            rubs = resists(c)
+        if state.is_active(c):
+            rubs = state.resists(c)
             for k in range(order - 1):
                 factor = scale * scale / ((k + 1) * (k + 2))
                 shifts[0] = factor * c.force[k]
@@ -336,7 +330,7 @@ def expand_places(
 
 @inner
 def expand_distance(
-    c: ContactState, ws: Workspace, scale: float, order: int, length: float
+    c: state.ContactState, ws: state.Workspace, scale: float, order: int, length: float
 ) -> None:
     """
     Fill the polynomials of an open contact.
@@ -369,20 +363,20 @@ def expand_distance(
 
 
 @inner
-def measure(c: ContactState, ws: Workspace) -> None:
+def measure(c: state.ContactState, ws: state.Workspace) -> None:
     """Find the compression of an open contact, and the velocity at which it opens."""
     x, y, z = separation_coefficient(c, ws, PLACE_ROWS, 0)
     u, v, w = separation_coefficient(c, ws, VELOCITY_ROWS, 0)
     closes_at = c.closing_distance
     c.compression[0] = 0.5 * (closes_at - (x * x + y * y + z * z) / closes_at)
     c.velocity[0] = (x * u + y * v + z * w) / closes_at
-    if c.hold != HELD:
-        rest_open(c)
+    if c.hold != state.HELD:
+        state.rest_open(c)
 
 
 @inner
 def take_normal(
-    planar: bool, contacts: list[ContactState], ws: Workspace, j: int, lead: float
+    planar: bool, contacts: list[state.ContactState], ws: state.Workspace, j: int, lead: float
 ) -> None:
     """
     Set axes, velocity and rows in W of a contact.
@@ -409,19 +403,19 @@ def take_normal(
     c.slip_1[0] = first if abs(first) > METHOD_OPTIONS.rounding else 0.0
     c.slip_2[0] = second if abs(second) > METHOD_OPTIONS.rounding and not planar else 0.0
     for k in range(len(contacts)):
-        if k == j or contacts[k].normal_mode != INACTIVE:
+        if k == j or contacts[k].normal_mode != state.INACTIVE:
             couple(contacts, ws, j, k)
 
 
 @inner
-def impulse_along(c: ContactState, k: int) -> float:
+def impulse_along(c: state.ContactState, k: int) -> float:
     """Component k, in the frame of the bodies, of the impulse of a contact on body a so far."""
     along = c.impulse[0] * c.normal[k] + c.impulse[1] * c.tangent_1[k]
     return along + c.impulse[2] * c.tangent_2[k]
 
 
 @inner
-def turn_axes(c: ContactState, ws: Workspace, lead: float) -> None:
+def turn_axes(c: state.ContactState, ws: state.Workspace, lead: float) -> None:
     """
     Align the axes of a contact with its bodies; turn the first tangent as little as possible.
 
@@ -430,7 +424,7 @@ def turn_axes(c: ContactState, ws: Workspace, lead: float) -> None:
     """
     axes, direction = ws.polynomials, c.normal
     x, y, z = separation_coefficient(c, ws, PLACE_ROWS, 0)
-    if c.normal_mode == SHAFT:
+    if c.normal_mode == state.SHAFT:
         axis = ws.bodies[c.body_a].axis
         x, y, z = axis[0], axis[1], axis[2]
     if lead > 0.0:
@@ -445,7 +439,7 @@ def turn_axes(c: ContactState, ws: Workspace, lead: float) -> None:
 
 
 @inner
-def velocity_of(c: ContactState, ws: Workspace) -> tuple[float, float, float]:
+def velocity_of(c: state.ContactState, ws: state.Workspace) -> tuple[float, float, float]:
     """Velocity of body a relative to body b where they touch: normal, and slip."""
     a, b, n, t, s = ws.motion[c.body_a], ws.motion[c.body_b], c.normal, c.tangent_1, c.tangent_2
     normal, first, second = 0.0, 0.0, 0.0
@@ -459,7 +453,7 @@ def velocity_of(c: ContactState, ws: Workspace) -> tuple[float, float, float]:
 
 
 @inner
-def couple(contacts: list[ContactState], ws: Workspace, j: int, k: int) -> None:
+def couple(contacts: list[state.ContactState], ws: state.Workspace, j: int, k: int) -> None:
     """Write the coupling of contacts j and k into W: that of all bodies that they share."""
     c, d, w = contacts[j], contacts[k], ws.delassus
     row, column = 3 * j, 3 * k
@@ -483,9 +477,9 @@ def couple(contacts: list[ContactState], ws: Workspace, j: int, k: int) -> None:
 
 @inner
 def add_response(
-    body: BodyState,
-    c: ContactState,
-    d: ContactState,
+    body: state.BodyState,
+    c: state.ContactState,
+    d: state.ContactState,
     sign: float,
     w: Floats,
     row: int,
@@ -504,7 +498,7 @@ def add_response(
     w[row + 2][column] += pull * dot(s, p)
     w[row + 2][column + 1] += pull * dot(s, q) - turn * dot(t, r)
     w[row + 2][column + 2] += pull * dot(s, r) + turn * dot(t, q)
-    if body.kind == TIP_BODY:
+    if body.kind == state.TIP_BODY:
         axis, stiff = body.axis, body.response - body.across
         along = dot(axis, p), dot(axis, q), dot(axis, r)
         for k in range(3):
@@ -514,7 +508,7 @@ def add_response(
 
 
 @inner
-def energy_of_bodies(ws: Workspace, count: int) -> float:
+def energy_of_bodies(ws: state.Workspace, count: int) -> float:
     """Kinetic energy of bodies."""
     energy = 0.0
     for b in range(count):
@@ -525,7 +519,7 @@ def energy_of_bodies(ws: Workspace, count: int) -> float:
         for k in range(3):
             v, spin = motion[VELOCITY_ROWS + k][0], motion[SPIN_ROWS + k][0]
             square, spins, along = square + v * v, spins + spin * spin, along + v * body.axis[k]
-        if body.kind == TIP_BODY:
+        if body.kind == state.TIP_BODY:
             energy += 0.5 * along * along / body.response
             across = square - along * along
             energy += 0.5 * across / body.across if body.across > 0.0 else 0.0

@@ -3,47 +3,8 @@
 from math import inf, sqrt
 
 from billiard_shot.compiled import inner, innermost
-from billiard_shot.impact.friction import (
-    cone_width,
-    count_losses,
-    drag_stiffness,
-    FOLLOWS,
-    hold_to_cone,
-    STRAIGHT,
-    turning_of,
-)
-from billiard_shot.impact.moving_bodies import (
-    drift,
-    measure,
-    PLACE_ROWS,
-    push_bodies,
-    VELOCITY_ROWS,
-)
+from billiard_shot.impact import friction, moving_bodies, state
 from billiard_shot.impact.options import METHOD_OPTIONS
-from billiard_shot.impact.state import (
-    ContactState,
-    CREEP,
-    DRAG,
-    ELASTIC,
-    elastic_friction,
-    force_is_negligible,
-    friction_at,
-    friction_is_explicit,
-    GRIP,
-    INACTIVE,
-    is_active,
-    largest_coefficient,
-    Model,
-    resists,
-    rest_open,
-    shears,
-    SLIP,
-    SLIP_ONSET,
-    slip_speed,
-    slips,
-    sticks,
-    Workspace,
-)
 from billiard_shot.numerics.polynomial import (
     evaluate,
     integral,
@@ -57,9 +18,9 @@ from billiard_shot.records import Floats
 
 @inner
 def explicit_step(
-    m: Model,
-    contacts: list[ContactState],
-    ws: Workspace,
+    m: state.Model,
+    contacts: list[state.ContactState],
+    ws: state.Workspace,
     scale: float,
     order: int,
     tolerance: float,
@@ -85,24 +46,32 @@ def explicit_step(
 
 @innermost
 def expand(
-    m: Model, contacts: list[ContactState], ws: Workspace, scale: float, order: int
+    m: state.Model,
+    contacts: list[state.ContactState],
+    ws: state.Workspace,
+    scale: float,
+    order: int,
 ) -> None:
     """Fill coefficients of forces (below `order`), velocities and compressions (to `order`)."""
     for k in range(order):
         for j in range(len(contacts)):
             c = contacts[j]
-            if c.normal_mode == INACTIVE:
+            if c.normal_mode == state.INACTIVE:
                 continue
-            if c.friction_mode == GRIP:
+            if c.friction_mode == state.GRIP:
                 expand_grip(c, k)
                 continue
-            stiffness = drag_stiffness(c) if c.friction_mode == DRAG else c.stiffness
-            c.force[k] = 0.0 if force_is_negligible(c) else force_coefficient(c, stiffness, k)
-            if c.friction_mode == DRAG:
+            stiffness = (
+                friction.drag_stiffness(c) if c.friction_mode == state.DRAG else c.stiffness
+            )
+            c.force[k] = (
+                0.0 if state.force_is_negligible(c) else force_coefficient(c, stiffness, k)
+            )
+            if c.friction_mode == state.DRAG:
                 expand_drag(m.planar, c, scale, k)
-            elif c.friction_mode == ELASTIC:
-                c.friction_1[k], c.friction_2[k] = elastic_friction(c, k)
-            elif slips(c):
+            elif c.friction_mode == state.ELASTIC:
+                c.friction_1[k], c.friction_2[k] = state.elastic_friction(c, k)
+            elif state.slips(c):
                 if m.planar:
                     c.size[k] = c.slip_1[k] * c.slip_dir_1 + c.slip_2[k] * c.slip_dir_2
                     c.press_1[k] = c.force[k] * c.slip_dir_1
@@ -115,7 +84,7 @@ def expand(
 
 
 @innermost
-def force_coefficient(c: ContactState, stiffness: float, k: int) -> float:
+def force_coefficient(c: state.ContactState, stiffness: float, k: int) -> float:
     """Coefficient k of F = stiffness y**exponent, from y to order k and F to order k - 1."""
     if c.exponent == 1.0:
         return stiffness * c.compression[k]
@@ -124,7 +93,7 @@ def force_coefficient(c: ContactState, stiffness: float, k: int) -> float:
 
 
 @innermost
-def expand_direction(c: ContactState, k: int) -> None:
+def expand_direction(c: state.ContactState, k: int) -> None:
     """
     Coefficient k of F d, where slip = size d and F is known to order k.
 
@@ -158,7 +127,7 @@ def expand_direction(c: ContactState, k: int) -> None:
 
 
 @innermost
-def expand_friction(c: ContactState, k: int) -> None:
+def expand_friction(c: state.ContactState, k: int) -> None:
     """
     Coefficient k of the friction -mu F d, where F d and the size of the slip are known to order k.
 
@@ -170,7 +139,7 @@ def expand_friction(c: ContactState, k: int) -> None:
         return
     least, growth = c.friction - c.fading, 0.0
     if k == 0:
-        c.coefficient[0] = friction_at(c, c.size[0])
+        c.coefficient[0] = state.friction_at(c, c.size[0])
     else:
         for i in range(1, k):
             growth += i * c.size[i] * c.coefficient[k - i]
@@ -184,9 +153,9 @@ def expand_friction(c: ContactState, k: int) -> None:
 
 
 @innermost
-def expand_grip(c: ContactState, k: int) -> None:
+def expand_grip(c: state.ContactState, k: int) -> None:
     """Coefficient k of the forces of a contact that grips; `sliding` is q of friction.py."""
-    if force_is_negligible(c):
+    if state.force_is_negligible(c):
         c.force[k] = c.friction_1[k] = c.friction_2[k] = 0.0
         return
     y, u_1, u_2, power = c.compression, c.shift_1, c.shift_2, c.coefficient
@@ -201,13 +170,13 @@ def expand_grip(c: ContactState, k: int) -> None:
 
 
 @innermost
-def expand_drag(planar: bool, c: ContactState, scale: float, k: int) -> None:
+def expand_drag(planar: bool, c: state.ContactState, scale: float, k: int) -> None:
     """Coefficient k of the friction of a contact that drags, and k + 1 of its shear."""
-    turning, width = turning_of(planar, c), cone_width(c)
+    turning, width = friction.turning_of(planar, c), friction.cone_width(c)
     d_1, d_2 = c.dir_1, c.dir_2
-    if turning == FOLLOWS:
+    if turning == friction.FOLLOWS:
         expand_direction(c, k)
-    elif turning == STRAIGHT:
+    elif turning == friction.STRAIGHT:
         d_1[k], d_2[k] = (c.slip_dir_1, c.slip_dir_2) if k == 0 else (0.0, 0.0)
         c.size[k] = c.slip_1[k] * d_1[0] + c.slip_2[k] * d_2[0]
         c.press_1[k], c.press_2[k] = c.force[k] * d_1[0], c.force[k] * d_2[0]
@@ -228,7 +197,7 @@ def expand_drag(planar: bool, c: ContactState, scale: float, k: int) -> None:
 
 @innermost
 def integrate_coefficients(
-    contacts: list[ContactState], ws: Workspace, scale: float, k: int
+    contacts: list[state.ContactState], ws: state.Workspace, scale: float, k: int
 ) -> None:
     """Coefficients k + 1 of velocities and compressions: u' = W F, y' = -rate u_n."""
     factor = scale / (k + 1)
@@ -245,7 +214,7 @@ def integrate_coefficients(
             normal += row[n] * force
             first += row_1[n] * force
             second += row_2[n] * force
-            if friction_is_explicit(d):
+            if state.friction_is_explicit(d):
                 f_1, f_2 = d.friction_1[k], d.friction_2[k]
                 normal += row[n + 1] * f_1 + row[n + 2] * f_2
                 first += row_1[n + 1] * f_1 + row_1[n + 2] * f_2
@@ -254,7 +223,7 @@ def integrate_coefficients(
         if c.friction > 0.0:
             c.slip_1[k + 1] = factor * first
             c.slip_2[k + 1] = factor * second
-        if c.friction_mode == ELASTIC or c.friction_mode == GRIP:
+        if c.friction_mode == state.ELASTIC or c.friction_mode == state.GRIP:
             c.shift_1[k + 1], c.shift_2[k + 1] = factor * c.slip_1[k], factor * c.slip_2[k]
     for j in range(len(contacts)):
         c = contacts[j]
@@ -262,11 +231,11 @@ def integrate_coefficients(
 
 
 @inner
-def fill_stick_forces(contacts: list[ContactState], ws: Workspace, count: int) -> None:
+def fill_stick_forces(contacts: list[state.ContactState], ws: state.Workspace, count: int) -> None:
     """Fill in the friction of sticking contacts, as far as `count` coefficients or stages."""
     for i in range(len(contacts)):
         c = contacts[i]
-        if not (is_active(c) and sticks(c)):
+        if not (state.is_active(c) and state.sticks(c)):
             continue
         gain_1, gain_2 = ws.stick_gain[3 * i + 1], ws.stick_gain[3 * i + 2]
         for k in range(count):
@@ -274,13 +243,13 @@ def fill_stick_forces(contacts: list[ContactState], ws: Workspace, count: int) -
             c.friction_2[k] = 0.0
         for j in range(len(contacts)):
             d = contacts[j]
-            if d.normal_mode == INACTIVE:
+            if d.normal_mode == state.INACTIVE:
                 continue
             n = 3 * j
             for k in range(count):
                 c.friction_1[k] += gain_1[n] * d.force[k]
                 c.friction_2[k] += gain_2[n] * d.force[k]
-            if friction_is_explicit(d):
+            if state.friction_is_explicit(d):
                 for k in range(count):
                     f_1, f_2 = d.friction_1[k], d.friction_2[k]
                     c.friction_1[k] += gain_1[n + 1] * f_1 + gain_1[n + 2] * f_2
@@ -288,7 +257,9 @@ def fill_stick_forces(contacts: list[ContactState], ws: Workspace, count: int) -
 
 
 @innermost
-def step_length(m: Model, contacts: list[ContactState], order: int, tolerance: float) -> float:
+def step_length(
+    m: state.Model, contacts: list[state.ContactState], order: int, tolerance: float
+) -> float:
     """
     Length of a step in units of its scale, from the last two coefficients; 0 if they overflow.
 
@@ -304,9 +275,9 @@ def step_length(m: Model, contacts: list[ContactState], order: int, tolerance: f
     turning = 0.0
     for j in range(len(contacts)):
         c = contacts[j]
-        last = max(last, largest_coefficient(c, order))
-        before = max(before, largest_coefficient(c, order - 1))
-        if (slips(c) or c.friction_mode == DRAG) and not m.planar:
+        last = max(last, state.largest_coefficient(c, order))
+        before = max(before, state.largest_coefficient(c, order - 1))
+        if (state.slips(c) or c.friction_mode == state.DRAG) and not m.planar:
             turning = max(turning, abs(c.dir_1[order - 1]), abs(c.dir_2[order - 1]))
     if not (last < 1e200 and before < 1e200):
         return 0.0
@@ -319,7 +290,7 @@ def step_length(m: Model, contacts: list[ContactState], order: int, tolerance: f
         x = min(x, (METHOD_OPTIONS.direction_error / turning) ** (1.0 / (order - 1)))
     for j in range(len(contacts)):
         c = contacts[j]
-        if not c.is_tip or c.exponent == 1.0 or force_is_negligible(c):
+        if not c.is_tip or c.exponent == 1.0 or state.force_is_negligible(c):
             continue
         if c.compression[1] * x > c.compression[0] > 0.0:
             x = c.compression[0] / c.compression[1]
@@ -327,35 +298,35 @@ def step_length(m: Model, contacts: list[ContactState], order: int, tolerance: f
 
 
 @inner
-def friction_work(c: ContactState, order: int, x: float) -> float:
+def friction_work(c: state.ContactState, order: int, x: float) -> float:
     """Integral from 0 to x of a contact's friction times its slip."""
     work = product_integral(c.friction_1, c.slip_1, order, x)
     return work + product_integral(c.friction_2, c.slip_2, order, x)
 
 
 @inner
-def sliding_way(c: ContactState, order: int, x: float) -> float:
+def sliding_way(c: state.ContactState, order: int, x: float) -> float:
     """Integral from 0 to x of the sliding speed of a contact; of its slip by Simpson's rule."""
     if c.friction == 0.0:  # only the first slip is known
-        return x * slip_speed(c)
-    if c.friction_mode == DRAG:
+        return x * state.slip_speed(c)
+    if c.friction_mode == state.DRAG:
         return integral(c.sliding, order, x)
-    if not slips(c):
+    if not state.slips(c):
         return 0.0
     half_1, half_2 = evaluate(c.slip_1, order, 0.5 * x), evaluate(c.slip_2, order, 0.5 * x)
     end_1, end_2 = evaluate(c.slip_1, order, x), evaluate(c.slip_2, order, x)
-    total = slip_speed(c) + 4.0 * sqrt(half_1 * half_1 + half_2 * half_2)
+    total = state.slip_speed(c) + 4.0 * sqrt(half_1 * half_1 + half_2 * half_2)
     return (total + sqrt(end_1 * end_1 + end_2 * end_2)) * x / 6.0
 
 
 @inner
 def write_impulses(
-    c: ContactState, scale: float, order: int, x: float, impulses: Floats, shifts: Floats
+    c: state.ContactState, scale: float, order: int, x: float, impulses: Floats, shifts: Floats
 ) -> None:
     """Write the impulses (3,) of a contact from 0 to x, and their integrals over the time."""
     impulses[0], shifts[0] = integrals(c.force, order, x)
-    impulses[1], shifts[1] = integrals(c.friction_1, order, x) if resists(c) else (0.0, 0.0)
-    impulses[2], shifts[2] = integrals(c.friction_2, order, x) if resists(c) else (0.0, 0.0)
+    impulses[1], shifts[1] = integrals(c.friction_1, order, x) if state.resists(c) else (0.0, 0.0)
+    impulses[2], shifts[2] = integrals(c.friction_2, order, x) if state.resists(c) else (0.0, 0.0)
     for k in range(3):
         impulses[k] *= scale
         shifts[k] *= scale * scale
@@ -363,46 +334,55 @@ def write_impulses(
 
 @inner
 def advance(
-    m: Model, contacts: list[ContactState], ws: Workspace, scale: float, order: int, x: float
+    m: state.Model,
+    contacts: list[state.ContactState],
+    ws: state.Workspace,
+    scale: float,
+    order: int,
+    x: float,
 ) -> None:
     """Move the state to x on the polynomials, and add the impulses and the friction losses."""
     impulses, shifts = ws.vector[0], ws.vector[1]
     if m.moves:
-        drift(ws, m.bodies, scale * x)
+        moving_bodies.drift(ws, m.bodies, scale * x)
     for j in range(len(contacts)):
         c = contacts[j]
-        if c.normal_mode != INACTIVE:
+        if c.normal_mode != state.INACTIVE:
             write_impulses(c, scale, order, x, impulses, shifts)
             for k in range(3):
                 c.impulse[k] += impulses[k]
             if m.moves:
-                push_bodies(ws, c, shifts, PLACE_ROWS, 0)
-                push_bodies(ws, c, impulses, VELOCITY_ROWS, 0)
+                moving_bodies.push_bodies(ws, c, shifts, moving_bodies.PLACE_ROWS, 0)
+                moving_bodies.push_bodies(ws, c, impulses, moving_bodies.VELOCITY_ROWS, 0)
             if c.is_tip and c.closings == 1:
                 c.slid += scale * sliding_way(c, order, x)
-            if shears(c):
-                count_losses(c, scale, order, x)
-            elif friction_is_explicit(c):
+            if state.shears(c):
+                friction.count_losses(c, scale, order, x)
+            elif state.friction_is_explicit(c):
                 c.friction_loss -= scale * friction_work(c, order, x)
     for j in range(len(contacts)):
         c = contacts[j]
-        if m.moves and c.normal_mode == INACTIVE:
-            measure(c, ws)
+        if m.moves and c.normal_mode == state.INACTIVE:
+            moving_bodies.measure(c, ws)
             continue
-        turning = turning_of(m.planar, c) if c.friction_mode == DRAG else STRAIGHT
+        turning = (
+            friction.turning_of(m.planar, c)
+            if c.friction_mode == state.DRAG
+            else friction.STRAIGHT
+        )
         c.velocity[0] = evaluate(c.velocity, order, x)
         if c.friction > 0.0:
             c.slip_1[0] = evaluate(c.slip_1, order, x)
             c.slip_2[0] = evaluate(c.slip_2, order, x)
-        if c.friction_mode >= ELASTIC:
+        if c.friction_mode >= state.ELASTIC:
             c.shift_1[0] = evaluate(c.shift_1, order, x)
             c.shift_2[0] = evaluate(c.shift_2, order, x)
-        if c.friction_mode == SLIP_ONSET:
-            c.friction_mode = SLIP if m.planar else CREEP
+        if c.friction_mode == state.SLIP_ONSET:
+            c.friction_mode = state.SLIP if m.planar else state.CREEP
         c.compression[0] = evaluate(c.compression, order, x)
-        if c.normal_mode == INACTIVE:
-            rest_open(c)
+        if c.normal_mode == state.INACTIVE:
+            state.rest_open(c)
             continue
         c.compression[0] = max(c.compression[0], 0.0)
-        if c.friction_mode == DRAG:
-            hold_to_cone(c, turning)
+        if c.friction_mode == state.DRAG:
+            friction.hold_to_cone(c, turning)

@@ -16,16 +16,7 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.scene.errors import (
-    found_in,
-    InputError,
-    Mistake,
-    must_be_one_of,
-    refused,
-    suggestion,
-    TWICE,
-    unknown,
-)
+from billiard_shot.scene import errors
 
 T = TypeVar('T')
 
@@ -34,7 +25,7 @@ class ByName(dict[str, T]):
     """Values by the names of balls; the error for a missing name tells which names there are."""
 
     def __missing__(self, name: str) -> T:
-        raise KeyError(f'ball {must_be_one_of(self, name, "ball")}')
+        raise KeyError(f'ball {errors.must_be_one_of(self, name, "ball")}')
 
 
 LARGEST = 1e12
@@ -66,7 +57,7 @@ def as_floats(values: object) -> NDArray[np.float64]:
 def whole(name: str, value: object, minimum: int) -> int:
     """Return a whole number; raise ValueError for other values, or if it is below `minimum`."""
     if isinstance(value, bool) or not isinstance(value, Integral) or value < minimum:
-        raise refused(value, f'a whole number, at least {minimum}', name)
+        raise errors.refused(value, f'a whole number, at least {minimum}', name)
     return int(value)
 
 
@@ -74,7 +65,7 @@ def positive(name: str, value: object, unit: str) -> float:
     """Return a finite number above 0; raise ValueError for other values."""
     number = as_float(value)
     if not 0.0 < number < math.inf:
-        raise refused(value, 'finite and above 0', name, unit)
+        raise errors.refused(value, 'finite and above 0', name, unit)
     return number
 
 
@@ -88,7 +79,7 @@ def one_or_many(value: object) -> tuple[Any, ...]:
 def check_type(name: str, value: object, kind: type) -> None:
     """Raise ValueError if a value is of another type."""
     if not isinstance(value, kind):
-        raise refused(value, f'a {kind.__name__}', name)
+        raise errors.refused(value, f'a {kind.__name__}', name)
 
 
 Convert = Callable[[object], Any]
@@ -150,7 +141,7 @@ def whole_number(*, minimum: int, default: int | None, maximum: int | None = Non
     def convert(value: object) -> int:
         found = whole('', value, minimum)
         if maximum is not None and found > maximum:
-            raise refused(value, f'a whole number, at most {maximum}')
+            raise errors.refused(value, f'a whole number, at most {maximum}')
         return found
 
     metadata = {TAKES: convert, WHOLE: Range('', None, minimum, maximum)}
@@ -164,7 +155,7 @@ def choice(*options: str, default: str | None = None) -> Any:
         if isinstance(value, bool):
             value = 'on' if value else 'off'
         if value not in options:
-            raise InputError([Mistake((), must_be_one_of(options, value))])
+            raise errors.InputError([errors.Mistake((), errors.must_be_one_of(options, value))])
         return str(value)
 
     return _field(convert, dataclasses.MISSING if default is None else default)
@@ -175,7 +166,7 @@ def boolean(*, default: bool) -> Any:
 
     def convert(value: object) -> bool:
         if not isinstance(value, bool):
-            raise refused(value, 'true or false')
+            raise errors.refused(value, 'true or false')
         return value
 
     return _field(convert, default)
@@ -197,24 +188,26 @@ def places() -> Any:
 
     def convert(value: object) -> dict[str, tuple[float, float]]:
         if not isinstance(value, Mapping):
-            raise refused(value, 'a mapping of names to [x, y]')
+            raise errors.refused(value, 'a mapping of names to [x, y]')
         found: ByName[tuple[float, float]] = ByName()
-        mistakes: list[Mistake] = []
+        mistakes: list[errors.Mistake] = []
         for key, point in value.items():
             name = str(key)
             if not _is_name(key):
-                mistakes += found_in(refused(key, A_NAME), name)
+                mistakes += errors.found_in(errors.refused(key, A_NAME), name)
                 continue
             if name in found:
-                mistakes.append(Mistake((name,), TWICE))
+                mistakes.append(errors.Mistake((name,), errors.TWICE))
                 continue
             try:
                 x, y = point
                 found[name] = coordinate(x), coordinate(y)
             except (TypeError, ValueError):
-                mistakes += found_in(refused(point, 'two finite numbers, [x, y]', unit='m'), name)
+                mistakes += errors.found_in(
+                    errors.refused(point, 'two finite numbers, [x, y]', unit='m'), name
+                )
         if mistakes:
-            raise InputError(mistakes, valid_part=found)
+            raise errors.InputError(mistakes, valid_part=found)
         return found
 
     return dataclasses.field(default_factory=ByName, hash=False, metadata={TAKES: convert})
@@ -225,7 +218,7 @@ def name(*, nullable: bool = False) -> Any:
 
     def convert(value: object) -> str:
         if not _is_name(value):
-            raise refused(value, A_NAME)
+            raise errors.refused(value, A_NAME)
         return str(value)
 
     return _required(convert, nullable)
@@ -240,7 +233,7 @@ def point(*, nullable: bool = False) -> Any:
             x, y = (coordinate(each) for each in value)  # type: ignore[attr-defined]
             return x, y
         except (TypeError, ValueError):
-            raise refused(value, 'two finite numbers, (x, y)', unit='m') from None
+            raise errors.refused(value, 'two finite numbers, (x, y)', unit='m') from None
 
     return _required(convert, nullable)
 
@@ -263,7 +256,7 @@ def section(
         if isinstance(value, str) and named:
             if value not in named:
                 allowed = f'a mapping, or one of {", ".join(named)}'
-                raise refused(value, allowed, hint=suggestion(named, value))
+                raise errors.refused(value, allowed, hint=errors.suggestion(named, value))
             return named[value]
         if not (nullable and value is None):
             check_type('', value, kind)
@@ -295,7 +288,7 @@ def _number_within(
             or (maximum is not None and found > maximum)
         ):
             hint = _in_thousandths(found, unit, maximum)
-            raise refused(value, allowed, unit=unit, hint=hint)
+            raise errors.refused(value, allowed, unit=unit, hint=hint)
         return found
 
     return convert
@@ -360,7 +353,7 @@ def check(instance: Any, **given: Any) -> None:
     fields = [field.name for field in dataclasses.fields(kind)]
     known, mistakes = _examine(kind, {name: getattr(instance, name) for name in fields} | given)
     if mistakes:
-        raise InputError(mistakes)
+        raise errors.InputError(mistakes)
     for name in fields:
         object.__setattr__(instance, name, known[name])
 
@@ -386,7 +379,7 @@ def read(kind: type[S], data: object) -> S:
     """
     found, mistakes = _read(kind, data)
     if mistakes:
-        raise InputError(mistakes)
+        raise errors.InputError(mistakes)
     return found
 
 
@@ -440,9 +433,9 @@ def _inputs(kind: Any) -> list[dataclasses.Field[Any]]:
     return [*dataclasses.fields(kind), *pseudo]
 
 
-def _no_mapping(value: object) -> InputError:
+def _no_mapping(value: object) -> errors.InputError:
     hint = '; it is empty' if value is None else ''
-    return refused(value, 'a mapping', hint=hint)
+    return errors.refused(value, 'a mapping', hint=hint)
 
 
 def _plain(value: Any, derived: bool) -> Any:
@@ -455,10 +448,10 @@ def _plain(value: Any, derived: bool) -> Any:
     return float(value) if isinstance(value, DerivedNumber) else value
 
 
-def _read(kind: type, data: object) -> tuple[Any, list[Mistake]]:
+def _read(kind: type, data: object) -> tuple[Any, list[errors.Mistake]]:
     """Return the object and no mistakes, or its valid fields and its mistakes."""
     if not isinstance(data, Mapping):
-        return _Known(kind, {}, is_wrong=True), list(found_in(_no_mapping(data)))
+        return _Known(kind, {}, is_wrong=True), list(errors.found_in(_no_mapping(data)))
     names = [field.name for field in _inputs(kind)]
     given = {}
     mistakes = []
@@ -466,7 +459,7 @@ def _read(kind: type, data: object) -> tuple[Any, list[Mistake]]:
         if key in names:
             given[key] = value
         else:
-            mistakes.append(Mistake((str(key),), unknown(str(key), names)))
+            mistakes.append(errors.Mistake((str(key),), errors.unknown(str(key), names)))
     known, wrong = _examine(kind, given, reading=True)
     mistakes += wrong
     if mistakes:
@@ -476,16 +469,16 @@ def _read(kind: type, data: object) -> tuple[Any, list[Mistake]]:
 
 def _examine(
     kind: type, given: Mapping[str, Any], reading: bool = False
-) -> tuple[dict[str, Any], list[Mistake]]:
+) -> tuple[dict[str, Any], list[errors.Mistake]]:
     """Return the valid values of a dataclass, and the mistakes of its fields and rules."""
     known: dict[str, Any] = {}
-    mistakes: list[Mistake] = []
+    mistakes: list[errors.Mistake] = []
     derived = []
     for field in _inputs(kind):
         name, metadata = field.name, field.metadata
         value = given[name] if name in given else _default(field)
         if value is dataclasses.MISSING:
-            mistakes.append(Mistake((name,), 'is missing'))
+            mistakes.append(errors.Mistake((name,), 'is missing'))
         elif DERIVED in metadata and (value is None or isinstance(value, DerivedNumber)):
             derived.append(field)
         elif reading and SECTION_KEY in metadata and isinstance(value, Mapping):
@@ -496,8 +489,8 @@ def _examine(
                 known[name] = metadata[TAKES](value)
             except ValueError as error:
                 mapping = reading and SECTION_KEY in metadata and not metadata[NAMED]
-                mistakes += found_in(_no_mapping(value) if mapping else error, name)
-                if isinstance(error, InputError) and error.valid_part is not None:
+                mistakes += errors.found_in(_no_mapping(value) if mapping else error, name)
+                if isinstance(error, errors.InputError) and error.valid_part is not None:
                     known[name] = error.valid_part
     so_far = _Known(kind, known)
     for field in derived:
@@ -515,7 +508,7 @@ def _default(field: dataclasses.Field[Any]) -> Any:
     return field.default
 
 
-def _conflicts(kind: Any, known: _Known) -> Iterator[Mistake]:
+def _conflicts(kind: Any, known: _Known) -> Iterator[errors.Mistake]:
     for rule in getattr(kind, 'RULES', ()):
         try:
             yield from rule(known)

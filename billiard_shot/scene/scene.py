@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from billiard_shot.notebook import Shown
+from billiard_shot.scene import placement
 from billiard_shot.scene.equipment import Ball, Cloth, Contacts, Cue, hasty_cushion, Table
 from billiard_shot.scene.errors import InputError, Mistake, refused, TWICE, unknown
 from billiard_shot.scene.fields import (
@@ -32,14 +33,6 @@ from billiard_shot.scene.fields import (
     write,
 )
 from billiard_shot.scene.files import Document, find_scene, read_document, resolved, scene_names
-from billiard_shot.scene.placement import (
-    balls_off_the_table,
-    CUE_BALL,
-    overlapping_balls,
-    Rack,
-    rack_in_the_way,
-    racked,
-)
 from billiard_shot.scene.player import ModelError, Noise, NOISES, Robot
 
 PROPERTIES = 'Alciatore: physical properties of pool balls, cues and tables'
@@ -355,9 +348,9 @@ class Scene(Shown):
     """
 
     RULES: ClassVar = (
-        overlapping_balls,
-        balls_off_the_table,
-        rack_in_the_way,
+        placement.overlapping_balls,
+        placement.balls_off_the_table,
+        placement.rack_in_the_way,
         hasty_cushion,
         _end_of_a_guided_cue,
         _exponents_of_a_ratio,
@@ -374,12 +367,12 @@ class Scene(Shown):
     robot: Robot = section(Robot, optional=True)
     noise: Noise = section(Noise, optional=True, named=NOISES)
     model_error: ModelError = section(ModelError, optional=True)
-    rack: InitVar[Rack | None] = section(Rack, nullable=True)
+    rack: InitVar[placement.Rack | None] = section(placement.Rack, nullable=True)
 
-    def __post_init__(self, rack: Rack | None) -> None:
+    def __post_init__(self, rack: placement.Rack | None) -> None:
         check(self, rack=rack)
         if rack and self.table:
-            balls = {**self.balls, **racked(rack, self.table, self.ball.radius)}
+            balls = {**self.balls, **placement.racked(rack, self.table, self.ball.radius)}
             object.__setattr__(self, 'balls', balls)
         if isinstance(self.cloth.sliding_friction, DerivedNumber):
             cloth = fill_in(self.cloth, sliding_friction=self.contacts.ball_table.friction)
@@ -392,7 +385,7 @@ class Scene(Shown):
         object.__setattr__(self, 'contacts', replace(self.contacts, **own))
 
     def __repr__(self) -> str:
-        balls = len({CUE_BALL, *self.balls})
+        balls = len({placement.CUE_BALL, *self.balls})
         table = self.table
         cloth = f'a table of {table.length:g} x {table.width:g} m' if table else 'an endless cloth'
         return f'Scene({balls} ball{"s" * (balls > 1)} on {cloth}, law {self.law})'
@@ -405,7 +398,7 @@ class Scene(Shown):
     @property
     def object_balls(self) -> dict[str, tuple[float, float]]:
         """Places of all balls but the cue ball [m]."""
-        return {name: place for name, place in self.balls.items() if name != CUE_BALL}
+        return {name: place for name, place in self.balls.items() if name != placement.CUE_BALL}
 
     @classmethod
     def names(cls) -> list[str]:
@@ -506,7 +499,7 @@ class Scene(Shown):
     @property
     def cue_ball(self) -> tuple[float, float, float]:
         """Centre of the cue ball before the strike [m]."""
-        x, y = self.balls.get(CUE_BALL, (0.0, 0.0))
+        x, y = self.balls.get(placement.CUE_BALL, (0.0, 0.0))
         return x, y, self.ball.radius
 
 

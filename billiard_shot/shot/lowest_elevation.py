@@ -18,13 +18,7 @@ from billiard_shot.shot.stroke import playable_offsets, read_rows, vectors_of, w
 from billiard_shot.status import CUE_THROUGH_BALL, CUE_THROUGH_CLOTH, CUE_THROUGH_CUSHION, OK
 from billiard_shot.table.run.event_loop import PLACED
 from billiard_shot.table.run.task import run_tables
-from billiard_shot.table.strike.placement import (
-    least_turn,
-    nothing_around,
-    refusal,
-    Surroundings,
-    surroundings_of,
-)
+from billiard_shot.table.strike import placement
 
 ELEVATION_STEP = radians(0.05)  # by which the result may exceed the lowest elevation
 
@@ -32,7 +26,7 @@ ELEVATION_STEP = radians(0.05)  # by which the result may exceed the lowest elev
 class Raising(NamedTuple):
     """What cues have to clear, and the elevations that are tried."""
 
-    obstacles: Surroundings
+    obstacles: placement.Surroundings
     place: Floats  # (3,) m, centre of the cue ball
     highest: float  # rad
     margin: float  # rad: the cue must have clearance at an elevation that is lower by this as well
@@ -51,9 +45,9 @@ def clear_elevation(raising: Raising, stroke: Floats, first: float) -> float:
     elevation = first
     while elevation <= raising.highest:
         write_vectors(stroke, max(elevation - raising.margin, 0.0), normal, axis)
-        status = refusal(raising.obstacles, normal, axis, raising.place)
+        status = placement.refusal(raising.obstacles, normal, axis, raising.place)
         if status in (CUE_THROUGH_BALL, CUE_THROUGH_CUSHION):
-            elevation += least_turn(raising.obstacles, normal, axis, raising.place)
+            elevation += placement.least_turn(raising.obstacles, normal, axis, raising.place)
         elif status != CUE_THROUGH_CLOTH:
             return elevation
         elevation += ELEVATION_STEP
@@ -62,7 +56,7 @@ def clear_elevation(raising: Raising, stroke: Floats, first: float) -> float:
 
 def example_raising(storage: Storage) -> Raising:
     """Make an example of how cues are raised."""
-    obstacles = nothing_around(0.0, 1.0).stored(storage)
+    obstacles = placement.nothing_around(0.0, 1.0).stored(storage)
     return Raising(obstacles, storage.zeros(3), 1.0, 0.0, storage.zeros(2, 3))
 
 
@@ -208,7 +202,7 @@ def raising_of(
 ) -> Raising:
     """State how cues in a scene are raised; see `Raising`."""
     return Raising(
-        surroundings_of(scene).stored(storage),
+        placement.surroundings_of(scene).stored(storage),
         storage.array(np.array(scene.cue_ball) if position is None else position),
         highest,
         margin,

@@ -24,16 +24,7 @@ from billiard_shot.table.run.results import count_in_words
 from billiard_shot.table.run.simulate import TableBatch
 from billiard_shot.table.run.states import ball_starts, TableStates
 from billiard_shot.table.run.task import BatchRecording, in_threads, joined, run_tables, TableTask
-from billiard_shot.table.strike.placement import (
-    ALL_SOLVED,
-    FINER,
-    nothing_around,
-    reaching_speed,
-    StrikePolynomials,
-    Strokes,
-    Surroundings,
-    surroundings_of,
-)
+from billiard_shot.table.strike import placement
 
 DEFAULT_SHOT_TOLERANCE = 1e-4  # m
 
@@ -74,7 +65,7 @@ class PreparedScene(NamedTuple):
 
     model: StrikeModel
     table: TableParams
-    obstacles: Surroundings
+    obstacles: placement.Surroundings
     cue: CueParams
     names: tuple[str, ...]
     starts: NDArray[np.void]
@@ -87,21 +78,23 @@ def prepared_scene(scene: Scene) -> PreparedScene:
     names = (CUE_BALL, *scene.object_balls)
     radius = scene.ball.radius
     places = [scene.cue_ball, *((*scene.balls[name], radius) for name in names[1:])]
-    return _prepared(model_of(scene), table_on(scene), surroundings_of(scene), names, places)
+    return _prepared(
+        model_of(scene), table_on(scene), placement.surroundings_of(scene), names, places
+    )
 
 
 @lru_cache(maxsize=64)
 def alone(model: StrikeModel) -> PreparedScene:
     """Prepare a scene with the cue ball alone on endless cloth, at the origin."""
     places = [(0.0, 0.0, model.surface.radius)]
-    obstacles = nothing_around(model.ferrule_radius, model.surface.radius)
+    obstacles = placement.nothing_around(model.ferrule_radius, model.surface.radius)
     return _prepared(model, ENDLESS, obstacles, (CUE_BALL,), places)
 
 
 def _prepared(
     model: StrikeModel,
     table: TableParams,
-    obstacles: Surroundings,
+    obstacles: placement.Surroundings,
     names: tuple[str, ...],
     places: Sequence[Triple],
 ) -> PreparedScene:
@@ -110,7 +103,7 @@ def _prepared(
     cue = cue_params(model, table)
     laid_out = layout_of(model.surface, table, cue)
     balls = OBJECTS.from_rows(TableBall, starts[0])
-    reaching = reaching_speed(laid_out, balls, 0, len(balls))
+    reaching = placement.reaching_speed(laid_out, balls, 0, len(balls))
     return PreparedScene(model, table, obstacles, cue, names, starts, reaching)
 
 
@@ -127,7 +120,7 @@ def task_of(
     velocities: Array,
     tables: TableStates | None,
     accuracy: Accuracy,
-    mapped: StrikePolynomials = ALL_SOLVED,
+    mapped: placement.StrikePolynomials = placement.ALL_SOLVED,
     rules: NDArray[np.void] | None = None,
 ) -> TableTask:
     """
@@ -153,7 +146,9 @@ def task_of(
         prepared.starts if tables is None else tables.starts(),
         accuracy.tolerance,
         cue=prepared.cue,
-        strokes=Strokes(normals, velocities, prepared.obstacles, mapped, accuracy.checked),
+        strokes=placement.Strokes(
+            normals, velocities, prepared.obstacles, mapped, accuracy.checked
+        ),
         rules=rules,
         fast_rebounds=accuracy.fast_rebounds,
     )
@@ -174,7 +169,7 @@ SUSPECT = 1e4  # changes of the stiffness: margins of decisions that they may tu
 
 
 def note_discontinuities(
-    played: BatchRecording, model: StrikeModel, strokes: Strokes, tolerance: float
+    played: BatchRecording, model: StrikeModel, strokes: placement.Strokes, tolerance: float
 ) -> None:
     """
     Find how far the resting places of strokes jump, on endless cloth, and note it in their ends.
@@ -201,7 +196,7 @@ def note_discontinuities(
     near = cues['discontinuity_margin'] <= SUSPECT * changes
     near &= (cues['status'] < MISS) & (cues['phases'] > 1) & ~cues['others']
     for i in np.flatnonzero(near):
-        finest = tolerance * (FINER if ends['jaws_met'][i] > 0 else 1.0)
+        finest = tolerance * (placement.FINER if ends['jaws_met'][i] > 0 else 1.0)
         (tip, cloth), places = model.stiffness, []
         for change in (-changes[i], 0.0, changes[i]):
             changed = model._replace(
@@ -294,7 +289,7 @@ def play(
     velocities: Array,
     tables: TableStates | None = None,
     accuracy: Accuracy = USUAL_ACCURACY,
-    mapped: StrikePolynomials = ALL_SOLVED,
+    mapped: placement.StrikePolynomials = placement.ALL_SOLVED,
     workers: int | None = None,
 ) -> StrokeBatch:
     """

@@ -9,17 +9,8 @@ from numpy.typing import ArrayLike, NDArray
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene, SceneLike
 from billiard_shot.scene.fields import as_floats, check_type, LARGEST, positive
+from billiard_shot.shot import play
 from billiard_shot.shot.effects import GATES, model_of, ShotContext
-from billiard_shot.shot.play import (
-    Accuracy,
-    check_place,
-    DEFAULT_SHOT_TOLERANCE,
-    play,
-    play_by,
-    prepared_scene,
-    StrokeBatch,
-    task_of,
-)
 from billiard_shot.shot.shot import Shot
 from billiard_shot.shot.stroke import (
     playable_offsets,
@@ -40,7 +31,7 @@ from billiard_shot.table.run.task import run_with_events
 def predict(
     scene: SceneLike,
     stroke: Stroke,
-    tolerance: float = DEFAULT_SHOT_TOLERANCE,
+    tolerance: float = play.DEFAULT_SHOT_TOLERANCE,
     position: Sequence[float] | NDArray[np.float64] | None = None,
 ) -> Shot:
     """
@@ -72,12 +63,12 @@ def predict(
     begin = perf_counter()
     tolerance = positive('tolerance', tolerance, 'm')
     centre = _centre(scene, position)
-    prepared = prepared_scene(scene)
+    prepared = play.prepared_scene(scene)
     normals = np.array([stroke.touching(prepared.model.tip_curvature).normal])
-    velocities, accuracy = np.array([stroke.velocity]), Accuracy(tolerance)
+    velocities, accuracy = np.array([stroke.velocity]), play.Accuracy(tolerance)
     tables = None if position is None else _with_cue_ball(scene, centre)
-    task = task_of(prepared, normals, velocities, tables, accuracy)
-    run = play_by(run_with_events, prepared.model, task)
+    task = play.task_of(prepared, normals, velocities, tables, accuracy)
+    run = play.play_by(run_with_events, prepared.model, task)
     wall_time = perf_counter() - begin
     run.cues.flags.writeable = False
     return Shot(
@@ -100,11 +91,11 @@ def predict_batch(
     scene: SceneLike,
     normals: ArrayLike | None = None,
     velocities: ArrayLike | None = None,
-    tolerance: float = DEFAULT_SHOT_TOLERANCE,
+    tolerance: float = play.DEFAULT_SHOT_TOLERANCE,
     position: Sequence[float] | NDArray[np.float64] | None = None,
     *,
     offsets: ArrayLike | None = None,
-) -> StrokeBatch:
+) -> play.StrokeBatch:
     """
     Predict many strokes at once, on all cores.
 
@@ -143,7 +134,7 @@ def predict_batch(
     if len(n) != len(v):
         raise ValueError(f'velocities must have as many rows as normals, {len(n)}, got {len(v)}')
     tables = None if position is None else _with_cue_ball(scene, centre)
-    return play(scene, n, v, tables, Accuracy(tolerance))
+    return play.play(scene, n, v, tables, play.Accuracy(tolerance))
 
 
 def _centre(
@@ -152,7 +143,7 @@ def _centre(
     radius = scene.ball.radius
     if position is None:
         centre = np.array(scene.cue_ball)
-        check_place(scene, centre)
+        play.check_place(scene, centre)
         return centre
     place = as_floats(position)
     on_cloth = place.shape == (2,) or (
@@ -163,13 +154,13 @@ def _centre(
             f'position must be finite (x, y) or (x, y, z), x and y {-LARGEST:g} to {LARGEST:g}, '
             f'z 0 or the radius, {radius:g}, got {position!r} (m)'
         )
-    check_place(scene, place)
+    play.check_place(scene, place)
     return np.array([place[0], place[1], radius])
 
 
 def _with_cue_ball(scene: Scene, centre: Array) -> TableStates:
     """Return the table of a scene with the cue ball elsewhere."""
-    prepared = prepared_scene(scene)
+    prepared = play.prepared_scene(scene)
     position = prepared.starts['position'].copy()
     position[0, 0] = centre
     return TableStates(prepared.names, position)

@@ -23,20 +23,13 @@ from billiard_shot.shot.effects import model_of, ShotContext
 from billiard_shot.shot.lowest_elevation import lowest_elevation
 from billiard_shot.shot.stroke import Stroke
 from billiard_shot.status import Status
-from billiard_shot.table.run.results import (
-    ball_in_words,
-    moment_in_words,
-    NOSE_NAMES,
-    place_in_words,
-    rounded,
-    TableEvent,
-    TableRun,
-    Trajectory,
-)
+from billiard_shot.table.run import results
 from billiard_shot.table.strike import placement
 
 
-def message_of(status: Status, scene: Scene, stroke: Stroke, trajectory: Trajectory) -> str:
+def message_of(
+    status: Status, scene: Scene, stroke: Stroke, trajectory: results.Trajectory
+) -> str:
     """Explain a status; for a refused stroke: field, value and allowed range."""
     x, y, z = stroke.velocity
     elevation = math.degrees(math.atan2(-z, math.hypot(x, y))) + 0.0  # 0, not -0
@@ -79,7 +72,7 @@ def message_of(status: Status, scene: Scene, stroke: Stroke, trajectory: Traject
 
 
 def _in_the_way(
-    status: Status, scene: Scene, stroke: Stroke, trajectory: Trajectory, elevation: float
+    status: Status, scene: Scene, stroke: Stroke, trajectory: results.Trajectory, elevation: float
 ) -> str:
     obstacles = placement.surroundings_of(scene)
     touching = stroke.touching(scene.cue.tip_curvature_radius / scene.ball.radius)
@@ -88,7 +81,7 @@ def _in_the_way(
         names = [f'ball {name!r}' for name in scene.object_balls]
         depth_in = placement.depth_in_ball
     else:
-        names = [f'the {name} cushion' for name in NOSE_NAMES]
+        names = [f'the {name} cushion' for name in results.NOSE_NAMES]
         depth_in = placement.depth_in_cushion
     depths = [
         depth_in(obstacles, i, touching.normal, direction, trajectory.final_position)
@@ -142,7 +135,7 @@ def facts(shot: Shot) -> dict[str, str]:
     vx, vy, vz = shot.velocity
     listed = {
         'stroke': (
-            f'a {rounded(a, 2, "+")}, b {rounded(b, 2, "+")} radii; elevation '
+            f'a {results.rounded(a, 2, "+")}, b {results.rounded(b, 2, "+")} radii; elevation '
             f'{_degrees(elevation, 1)}, azimuth {_degrees(azimuth, 2)}; {speed:.3g} m/s'
         ),
         'cue ball leaves': (
@@ -160,14 +153,14 @@ def facts(shot: Shot) -> dict[str, str]:
         listed['warning'] = f'no cue reaches {speed:.3g} m/s; breaks have up to 15 m/s'
     if len(shot.run.names) > 1:
         listed['first contact'] = (
-            ball_in_words(shot.first_contact) if shot.first_contact else 'none'
+            results.ball_in_words(shot.first_contact) if shot.first_contact else 'none'
         )
     for name in sorted(shot.run.names, key=_order):
         if outcome := _outcome(shot, name):
             listed['cue ball' if name == CUE_BALL else f'ball {name}'] = outcome
     listed['numerical error'] = f'at most {1e3 * shot.error_estimate:.1g} mm'
     if shot.first_contact:
-        until = ball_in_words(shot.first_contact)
+        until = results.ball_in_words(shot.first_contact)
         listed['numerical error'] += f' until the cue ball meets {until}'
     elif not shot.trajectory.comes_to_rest:
         listed['numerical error'] += f' until {shot.trajectory.duration:.3g} s'
@@ -198,20 +191,23 @@ def _happenings(shot: Shot) -> Iterator[str]:
         yield 'a miscue: the tip slid on the ball'
     yield _pocketed(shot)
     for ball in shot.off_table:
-        yield f'{ball_in_words(ball)} off the table'
+        yield f'{results.ball_in_words(ball)} off the table'
     if shot.first_contact:
         yield f'first contact {shot.first_contact}'
     elif len(shot.run.names) > 1:
         yield 'no ball hit'
     if shot.double_hit is not None:
-        yield f'a double hit: the cue hits the ball again {moment_in_words(shot.double_hit)}'
+        again = results.moment_in_words(shot.double_hit)
+        yield f'a double hit: the cue hits the ball again {again}'
     if all(ball.comes_to_rest for ball in shot.run.balls.values()):
         yield f'at rest after {shot.run.duration:.3g} s'
 
 
 def _pocketed(shot: Shot) -> str:
     """Say which balls fell where; the cue ball scratches."""
-    falls = {ball: f'into {place_in_words(pocket)}' for ball, pocket in shot.pocketed.items()}
+    falls = {
+        ball: f'into {results.place_in_words(pocket)}' for ball, pocket in shot.pocketed.items()
+    }
     return '; '.join(
         f'cue ball scratched {where}' if ball == CUE_BALL else f'{ball} {where}'
         for ball, where in falls.items()
@@ -222,7 +218,7 @@ def _outcome(shot: Shot, name: str) -> str:
     """Say where a ball that moved, or was struck, ends; '' for the others."""
     ball = shot.run.balls[name]
     if name in shot.pocketed:
-        return f'falls into {place_in_words(shot.pocketed[name])}'
+        return f'falls into {results.place_in_words(shot.pocketed[name])}'
     if name in shot.off_table:
         return 'leaves the table'
     if name != CUE_BALL and len(ball.rows) == 1:
@@ -263,7 +259,7 @@ def _spin_in_words(shot: Shot) -> str:
 
 
 def _vector(values: np.ndarray[tuple[int, ...], np.dtype[np.float64]], digits: int) -> str:
-    return f'({", ".join(rounded(value, digits) for value in values.tolist())})'
+    return f'({", ".join(results.rounded(value, digits) for value in values.tolist())})'
 
 
 def _milliseconds(seconds: float) -> str:
@@ -271,7 +267,7 @@ def _milliseconds(seconds: float) -> str:
 
 
 def _degrees(radians: float, digits: int) -> str:
-    return f'{rounded(math.degrees(radians), digits)}°'
+    return f'{results.rounded(math.degrees(radians), digits)}°'
 
 
 ROUNDED_PUSH = 1e-12  # relative to a push: friction that is only rounding
@@ -307,13 +303,13 @@ class Shot(Shown, Tabular):
     # m, between the two resting places on endless cloth that law `energetic` allows within the
     # accuracy of the strike; 0 if there is only one
     discontinuity: float
-    run: TableRun  # of every ball, from the end of the strike
+    run: results.TableRun  # of every ball, from the end of the strike
     _cue: np.void = field(repr=False)  # CueRecord, after the strike
     _log: NDArray[np.void] = field(repr=False)  # (phases, N) PhaseLog of N contacts
     _losses: NDArray[np.float64] = field(repr=False)  # (N, 2) J: restitution, friction
 
     @property
-    def trajectory(self) -> Trajectory:
+    def trajectory(self) -> results.Trajectory:
         """Of the cue ball."""
         return self.run.balls[CUE_BALL]
 
@@ -329,7 +325,7 @@ class Shot(Shown, Tabular):
         return as_text(self)
 
     @property
-    def events(self) -> tuple[TableEvent, ...]:
+    def events(self) -> tuple[results.TableEvent, ...]:
         """All that happens to all balls, in the order of time."""
         return self.run.events
 

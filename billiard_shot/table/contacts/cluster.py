@@ -11,15 +11,8 @@ from math import inf, sqrt
 import numpy as np
 
 from billiard_shot.compiled import inner
+from billiard_shot.impact import kernel
 from billiard_shot.impact.beginning import Collisions, ContactProperties, NO_LIMITS, TipLimits
-from billiard_shot.impact.kernel import (
-    CollisionOutcome,
-    ContactResult,
-    Results,
-    Scratch,
-    scratch,
-    solve_collisions,
-)
 from billiard_shot.impact.state import BodyState, PhaseLog
 from billiard_shot.numerics import rounding
 from billiard_shot.numerics.vectors import dot
@@ -71,15 +64,15 @@ def impact_room(storage: Storage, balls: int, bodies: int, count: int) -> Impact
     """Make room for impacts of so many balls, bodies and contacts."""
     return ImpactWorkspace(
         storage.array(np.zeros(balls, np.int64)),
-        scratch(storage, count),
+        kernel.scratch(storage, count),
         storage.records(BodyState, bodies),
         storage.records(ContactProperties, count),
         storage.array(np.zeros(count, np.int64)),
-        Results(
-            storage.records(ContactResult, count),
+        kernel.Results(
+            storage.records(kernel.ContactResult, count),
             storage.records(BodyState, bodies),
             storage.records(PhaseLog, 0),
-            storage.records(CollisionOutcome, 1),
+            storage.records(kernel.CollisionOutcome, 1),
         ),
         losses=storage.zeros(count, 2),
         participants=storage.array(np.zeros((0, 2), np.int64)),
@@ -112,7 +105,7 @@ def solve_bodies(
     """Solve the impact of the bodies and contacts of a room, see `Collisions`."""
     work, unused, results = room.scratch, room.unused, room.results
     count = impact.contacts + impact.shafts
-    solve_collisions(
+    kernel.solve_collisions(
         Collisions(
             room.properties[:count],
             params.law,
@@ -127,8 +120,8 @@ def solve_bodies(
             swing=swing,
             limits=limits,
         ),
-        Scratch(work.contacts[:count], work.workspace, work.progress),
-        Results(
+        kernel.Scratch(work.contacts[:count], work.workspace, work.progress),
+        kernel.Results(
             results.contacts,
             results.bodies,
             results.log[: len(results.log) if logs else 0],

@@ -27,12 +27,7 @@ from billiard_shot.table.model.motion import (
     Rebound,
     SLIDE,
 )
-from billiard_shot.table.motion.boundaries import (
-    approach_to_nose,
-    beside_nose,
-    crossing_time,
-    edge_at,
-)
+from billiard_shot.table.motion import boundaries
 from billiard_shot.table.motion.flight import LYING
 
 UNREACHED_HEIGHT = 1e300  # height that a contact without duration does not change
@@ -51,7 +46,7 @@ def direction_from(
 
     A ball that comes down on a cushion behind the edge touches it from behind.
     """
-    x, y, away = edge_at(table, feature, ball.position[0], ball.position[1])
+    x, y, away = boundaries.edge_at(table, feature, ball.position[0], ball.position[1])
     if away < 0.0:
         return -x, -y, -away
     return x, y, away
@@ -213,8 +208,8 @@ def next_nose(n: TableNumbers, ball: BallRecord) -> tuple[float, int]:
     for nose in range(4):
         if nose // 2 == ball.nose // 2:
             continue
-        t = crossing_time(*approach_to_nose(n, nose, ball))
-        if t < end and beside_nose(
+        t = boundaries.crossing_time(*boundaries.approach_to_nose(n, nose, ball))
+        if t < end and boundaries.beside_nose(
             n, nose, px + (vx + 0.5 * ax * t) * t, py + (vy + 0.5 * ay * t) * t
         ):
             end, feature = t, nose

@@ -21,6 +21,7 @@ from billiard_shot.numerics.vectors import dot, unit
 from billiard_shot.records import Floats
 from billiard_shot.table.contacts.balls import friction_of_balls
 from billiard_shot.table.contacts.cushion import advance_free
+from billiard_shot.table.model import motion
 from billiard_shot.table.model.cue import (
     CLOTH_CONTACT,
     CueRecord,
@@ -35,14 +36,6 @@ from billiard_shot.table.model.cue import (
     write_tip,
 )
 from billiard_shot.table.model.geometry import BallClothParams, GATE_OFF, TableModel
-from billiard_shot.table.model.motion import (
-    BallRecord,
-    FLIGHT,
-    IMPACT,
-    NOTHING,
-    position_at,
-    Simulation,
-)
 from billiard_shot.table.motion.boundaries import edge_at, FACINGS, HOLES, projects_onto_edge
 
 # Of impacts of balls, and of impacts with the cue, relative to their largest approach speeds.
@@ -90,7 +83,7 @@ class ClusterImpact(NamedTuple):
 @inner
 def gather(
     table: TableModel,
-    s: Simulation,
+    s: motion.Simulation,
     cues: list[CueRecord],
     number: int,
     meeting: Meeting,
@@ -105,7 +98,7 @@ def gather(
     time, first, other, reach = meeting
     begin, with_cue, ball = time, other == THE_CUE, s.balls[first]
     if with_cue:
-        if ball.nose == NOTHING or ball.nose == IMPACT:
+        if ball.nose == motion.NOTHING or ball.nose == motion.IMPACT:
             advance_free(table, ball, time)
         else:
             begin = ball.time
@@ -129,7 +122,7 @@ def gather(
 
 @inner
 def find_members(
-    table: TableModel, s: Simulation, meeting: Meeting, begin: float, members: Any
+    table: TableModel, s: motion.Simulation, meeting: Meeting, begin: float, members: Any
 ) -> int:
     """Write the balls that take part in an order that is theirs; return their number."""
     count, reach = len(s.balls), 2.0 * table.params.radius + meeting.reach
@@ -139,12 +132,12 @@ def find_members(
     while grows:
         grows = False
         for i in range(count):
-            if members[i] == 1 or s.balls[i].motion > FLIGHT:
+            if members[i] == 1 or s.balls[i].motion > motion.FLIGHT:
                 continue
-            x, y, z = position_at(s.balls[i], begin)
+            x, y, z = motion.position_at(s.balls[i], begin)
             for k in range(count):
                 if members[k] == 1:
-                    u, v, w = position_at(s.balls[k], begin)
+                    u, v, w = motion.position_at(s.balls[k], begin)
                     u, v, w = x - u, y - v, z - w
                     if u * u + v * v + w * w <= reach * reach:
                         members[i], grows = 1, True
@@ -158,14 +151,16 @@ def find_members(
 
 
 @inner
-def write_ball(params: BallClothParams, ball: BallRecord, time: float, body: BodyState) -> None:
+def write_ball(
+    params: BallClothParams, ball: motion.BallRecord, time: float, body: BodyState
+) -> None:
     """Write a ball of a time as a body, free of any cushion."""
     dt = time - ball.time
     body.kind, body.turning = BALL_BODY, params.radius * params.radius / params.inertia
     body.response = body.across = 1.0 / params.mass
-    body.position[0], body.position[1], body.position[2] = position_at(ball, time)
+    body.position[0], body.position[1], body.position[2] = motion.position_at(ball, time)
     for k in range(3):
-        if ball.nose != NOTHING:
+        if ball.nose != motion.NOTHING:
             velocity, spin = ball.exit_velocity[k], ball.exit_spin[k]
         else:
             velocity = ball.velocity[k] + ball.acceleration[k] * dt
@@ -180,13 +175,13 @@ def connect(
     """Write a contact of two bodies at a distance `gap` [m], with the vertical as its tangent."""
     touch = gap <= max(table.numbers.contact_gap, 0.0)
     write_contact(room.properties[contact], a, b, 0.0 if touch else gap)
-    room.edges[contact] = NOTHING
+    room.edges[contact] = motion.NOTHING
 
 
 @inner
 def add_cue(
     table: TableModel,
-    s: Simulation,
+    s: motion.Simulation,
     cue: CueRecord,
     begin: float,
     members: int,

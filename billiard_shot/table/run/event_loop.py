@@ -12,25 +12,8 @@ from typing import NamedTuple
 from billiard_shot.compiled import inner
 from billiard_shot.records import Floats
 from billiard_shot.status import BUDGET_EXCEEDED, NEVER_RESTS, OFF_TABLE, OK
-from billiard_shot.table.contacts.balls import (
-    collide_balls,
-    line_of_centres,
-    predict_boundary_event,
-    predict_collisions,
-    predict_cue,
-    relative_component,
-)
+from billiard_shot.table.contacts import balls, cushion
 from billiard_shot.table.contacts.cluster import conclude, solve
-from billiard_shot.table.contacts.cushion import (
-    advance_free,
-    collide_cushion,
-    direction_to,
-    next_nose,
-    normal_at,
-    press,
-    release,
-    shift_to_touch,
-)
 from billiard_shot.table.contacts.gather import gather, ImpactWorkspace, Meeting
 from billiard_shot.table.model.cue import chatters, CueRecord, THE_CUE
 from billiard_shot.table.model.geometry import (
@@ -72,15 +55,9 @@ from billiard_shot.table.model.motion import (
     touches_another,
     WENT_OFF,
 )
+from billiard_shot.table.motion import cloth
 from billiard_shot.table.motion.ball_impact import collide_fixed, MIN_APPROACH_SPEED
 from billiard_shot.table.motion.boundaries import ARCS, FACINGS, HOLES, lands_off_table, OUTSIDE
-from billiard_shot.table.motion.cloth import (
-    NO_PLAN,
-    plan_roll,
-    resistance_rises,
-    snap_to_segment_end,
-    start_cloth_motion,
-)
 from billiard_shot.table.motion.flight import bounce, lumped_bounce_error, take_off
 
 
@@ -98,7 +75,7 @@ def start_segment(params: BallClothParams, ball: BallRecord, tolerance: float) -
     ball.landing_speed = 0.0
     flies, error = take_off(params, ball, tolerance)
     if not flies:
-        start_cloth_motion(params, ball)
+        cloth.start_cloth_motion(params, ball)
     return error
 
 
@@ -110,7 +87,7 @@ def end_segment(params: BallClothParams, ball: BallRecord) -> None:
         bounce(params, ball)
         ball.cause = OWN
     else:
-        ball.cause = ROLL_ON if snap_to_segment_end(params, ball) else OWN
+        ball.cause = ROLL_ON if cloth.snap_to_segment_end(params, ball) else OWN
 
 
 # Bounces are lumped, if a cushion is reached meanwhile, at this share of the tolerance: a hop's
@@ -150,11 +127,11 @@ def begin_motion(table: TableModel, s: Simulation, ball: BallRecord, tolerance: 
     """Begin a ball's next segment, and find when it meets the table. Return the error made [m]."""
     params = table.params
     error = start_segment(params, ball, tolerance)
-    predict_boundary_event(table, s, ball)
-    if resistance_rises(params) and ball.motion == ROLL and ball.time >= ball.roll_until:
-        plan_roll(params, ball, table.roll_tolerance)
+    balls.predict_boundary_event(table, s, ball)
+    if cloth.resistance_rises(params) and ball.motion == ROLL and ball.time >= ball.roll_until:
+        cloth.plan_roll(params, ball, table.roll_tolerance)
         start_segment(params, ball, tolerance)
-        predict_boundary_event(table, s, ball)
+        balls.predict_boundary_event(table, s, ball)
     return error
 
 
@@ -169,8 +146,8 @@ def go_on(table: TableModel, s: Simulation, ball: BallRecord, cause: int) -> Non
     params, n, up = table.params, table.numbers, 0.0
     if cause not in (OWN, ROLL_ON) and (cause != START or ball.velocity[2] < 0.0):
         up = apply_cloth_response(params, ball, n.hop_tolerance)
-    if resistance_rises(params) and (cause not in (OWN, ROLL_ON) or ball.motion != ROLL):
-        ball.roll_until = NO_PLAN
+    if cloth.resistance_rises(params) and (cause not in (OWN, ROLL_ON) or ball.motion != ROLL):
+        ball.roll_until = cloth.NO_PLAN
     error = begin_motion(table, s, ball, table.tolerance)
     share = 1.0 - params.cloth_restitution
     if up == 0.0:
@@ -189,7 +166,7 @@ def go_on(table: TableModel, s: Simulation, ball: BallRecord, cause: int) -> Non
 @inner
 def meet_cushion(table: TableModel, s: Simulation, ball: BallRecord, feature: int) -> None:
     """Let a ball meet a cushion; if that is not solved, note the status."""
-    if not collide_cushion(table, s.rebound, ball, feature):
+    if not cushion.collide_cushion(table, s.rebound, ball, feature):
         s.progress.unsolved = BUDGET_EXCEEDED
 
 
@@ -203,19 +180,19 @@ def start_next_segment(table: TableModel, s: Simulation, ball: BallRecord, cause
     """
     ball.cause = cause
     if ball.nose == IMPACT:
-        predict_boundary_event(table, s, ball)
+        balls.predict_boundary_event(table, s, ball)
     else:
         ball.impact = NOTHING  # the ball moves otherwise than its last impact knew
         if ball.nose != NOTHING:
             meet_cushion(table, s, ball, ball.nose)
-            press(table, s.rebound, ball)
-            ball.boundary_time, ball.boundary_feature = next_nose(table.numbers, ball)
+            cushion.press(table, s.rebound, ball)
+            ball.boundary_time, ball.boundary_feature = cushion.next_nose(table.numbers, ball)
         elif ball.motion <= FLIGHT:
             go_on(table, s, ball, cause)
         else:
             ball.boundary_time = math.inf
     if ball.ball == 0:
-        predict_cue(table, s, ball)
+        balls.predict_cue(table, s, ball)
     log_segment(s, ball)
     if ball.nose != NOTHING:
         return kinetic_energy(table.params, ball.exit_velocity, ball.exit_spin)
@@ -229,7 +206,7 @@ def come_to_rest(table: TableModel, s: Simulation, ball: BallRecord) -> None:
     stop_ball(ball, REST)
     ball.boundary_time, ball.boundary_feature = math.inf, NOTHING
     if ball.ball == 0:
-        predict_cue(table, s, ball)
+        balls.predict_cue(table, s, ball)
     log_segment(s, ball)
 
 
@@ -239,7 +216,7 @@ def handle_segment_end(table: TableModel, s: Simulation, ball: BallRecord) -> No
     motion, cause = ball.motion, OWN
     advance_ball(ball, ball.end)
     if ball.nose != NOTHING:
-        release(table, ball)
+        cushion.release(table, ball)
         before = energy_of(table.params, ball)
         after = start_next_segment(table, s, ball, RELEASE)
         if ball.motion != motion:
@@ -303,8 +280,8 @@ def meet_edge(
         ball.cushions += 1
     elif feature >= ARCS and ball.first_contact == NOTHING:
         ball.jaws += 1
-    p, q, shift = shift_to_touch(table, ball, feature, ball.position[2])
-    x, y, z = normal_at(table, ball, feature)
+    p, q, shift = cushion.shift_to_touch(table, ball, feature, ball.position[2])
+    x, y, z = cushion.normal_at(table, ball, feature)
     approach = -(ball.velocity[0] * x + ball.velocity[1] * y + ball.velocity[2] * z)
     slow = approach <= MIN_APPROACH_SPEED
     # In the edge by rounding, or pressed in by its motion, or another ball ended its contact.
@@ -312,7 +289,9 @@ def meet_edge(
         ball.position[0] += p
         ball.position[1] += q
     if slow:
-        x, y, z = direction_to(table, ball, feature)  # also if it flies, and is in the edge
+        x, y, z = cushion.direction_to(
+            table, ball, feature
+        )  # also if it flies, and is in the edge
         approach = -(ball.velocity[0] * x + ball.velocity[1] * y + ball.velocity[2] * z)
         if approach > 0.0:  # else an impact, which ends here, lets the ball leave the edge
             collide_fixed(table.params, ball, x, y, z, 0.0, friction=n.cushion_friction)
@@ -355,7 +334,7 @@ def handle_boundary(table: TableModel, s: Simulation, ball: BallRecord) -> None:
     """Let a ball meet something of the table."""
     params, feature, cause = table.params, ball.boundary_feature, CUSHION
     x, y = ball.position[0], ball.position[1]
-    advance_free(table, ball, ball.boundary_time)
+    cushion.advance_free(table, ball, ball.boundary_time)
     before, motion = energy_of(params, ball), ball.motion
     if feature == OUTSIDE:
         cause, feature = WENT_OFF, NOTHING
@@ -379,18 +358,20 @@ def handle_collision(table: TableModel, s: Simulation, i: int, j: int, time: flo
     impact to cluster.py.
     """
     params, a, b = table.params, s.balls[i], s.balls[j]
-    advance_free(table, a, time)
-    advance_free(table, b, time)
+    cushion.advance_free(table, a, time)
+    cushion.advance_free(table, b, time)
     before, motion = energy_of(params, a) + energy_of(params, b), a.motion
-    x, y, z, distance = line_of_centres(a, b)
-    approach = -relative_component(a.velocity, b.velocity, x, y, z)
+    x, y, z, distance = balls.line_of_centres(a, b)
+    approach = -balls.relative_component(a.velocity, b.velocity, x, y, z)
     slow = approach <= MIN_APPROACH_SPEED
     if not slow:
         reach = impact_reach(table, a, b, x, y, z, approach=approach)
         if is_cluster(table, s, i, j, time, reach):
             return reach
     if approach > 0.0:  # else they part: one has just left another impact
-        collide_balls(params, table.numbers, a, b, 0.0 if slow else table.numbers.ball_restitution)
+        balls.collide_balls(
+            params, table.numbers, a, b, 0.0 if slow else table.numbers.ball_restitution
+        )
     if slow:
         space = SLOW_SEPARATION - distance + 2.0 * params.radius
         separate(table, s, a, space, x, y, z=z)
@@ -454,7 +435,7 @@ def resume(table: TableModel, s: Simulation, cause: int, now: float) -> None:
             start_next_segment(table, s, s.balls[i], CLUSTER if met and i > 0 else cause)
     for i in range(len(s.balls)):
         if s.balls[i].modified:
-            predict_collisions(table, s, i, now)
+            balls.predict_collisions(table, s, i, now)
         s.balls[i].modified = False
 
 
@@ -582,9 +563,9 @@ def run_events(
         if len(s.rules) > 0 and is_decided(s, cues[number]):
             return now, OK
         if reach == NO_CLUSTER:
-            predict_collisions(table, s, i, now)
+            balls.predict_collisions(table, s, i, now)
             if j >= 0 and j != i:
-                predict_collisions(table, s, j, now)
+                balls.predict_collisions(table, s, j, now)
     status = OK
     for i in range(len(s.balls)):
         status = max(status, ending(table.params, s.balls[i]))

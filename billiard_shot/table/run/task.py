@@ -23,60 +23,31 @@ from billiard_shot.records import as_rows, ROWS, Storage
 from billiard_shot.status import INFINITE_SEQUENCE, INVALID_REQUEST, OK, TOLERANCE_NOT_REACHED
 from billiard_shot.table.contacts.cluster import room_for
 from billiard_shot.table.contacts.gather import ImpactWorkspace
+from billiard_shot.table.model import geometry, motion
 from billiard_shot.table.model.cue import CueParams, CueRecord, NO_CUE
-from billiard_shot.table.model.geometry import (
-    BallClothParams,
-    PackedTable,
-    TableModel,
-    TableParams,
-)
-from billiard_shot.table.model.motion import (
-    ABSENT,
-    BallRecord,
-    BallRule,
-    EventRecord,
-    note_meeting,
-    NOTHING,
-    room_for_simulation,
-    SegmentRecord,
-    Simulation,
-    SimulationRoom,
-    start_ball,
-    stop_ball,
-    TableBall,
-    TableOutcome,
-)
 from billiard_shot.table.run.event_loop import PLACED, run_events, RunLimits
 from billiard_shot.table.run.layout import ENDLESS, lay_out
 from billiard_shot.table.run.results import EventLog
 from billiard_shot.table.run.states import ball_starts, MIN_HEIGHT
-from billiard_shot.table.strike.placement import (
-    CUSHION_SHARE,
-    FINER,
-    HOPS,
-    HOPS_BEFORE_CUSHIONS,
-    LEFT,
-    NO_STROKES,
-    place_cue,
-    ROLLS,
-    Strokes,
-)
+from billiard_shot.table.strike import placement
 from billiard_shot.table.strike.strike import strike
 
 
 class Tables(NamedTuple):
     """Tables of n balls: how they begin, and how they end. Outcomes are zero at first."""
 
-    starts: list[TableBall]  # n of each table, or n for all tables alike
+    starts: list[motion.TableBall]  # n of each table, or n for all tables alike
     cues: list[CueRecord]  # of each table, written; none without strokes
-    balls: list[TableBall]  # n of each table, written
-    ends: list[TableOutcome]  # of each table, written
-    segments: list[SegmentRecord]  # of all tables, written as far as there is room
-    events: list[EventRecord]  # of the last table, written as far as there is room
+    balls: list[motion.TableBall]  # n of each table, written
+    ends: list[motion.TableOutcome]  # of each table, written
+    segments: list[motion.SegmentRecord]  # of all tables, written as far as there is room
+    events: list[motion.EventRecord]  # of the last table, written as far as there is room
 
 
 @inner
-def begin_table(table: TableModel, s: Simulation, starts: list[TableBall], first: int) -> bool:
+def begin_table(
+    table: geometry.TableModel, s: motion.Simulation, starts: list[motion.TableBall], first: int
+) -> bool:
     """Put down the balls of a table, from `first` on, and return whether they can be there."""
     p, cue, n, radius = s.progress, s.cue, table.numbers, table.params.radius
     out_x, out_y = n.nose_half_length + n.cushion_depth, n.nose_half_width + n.cushion_depth
@@ -91,17 +62,17 @@ def begin_table(table: TableModel, s: Simulation, starts: list[TableBall], first
             for k in range(3):
                 if not math.isfinite(vector[k]):
                     return False
-        start_ball(ball, start.position, start.velocity, start.spin)
+        motion.start_ball(ball, start.position, start.velocity, start.spin)
         ball.ball, ball.modified, ball.first_contact = i, True, start.first_contact
-        if start.motion == ABSENT:
-            stop_ball(ball, ABSENT)
+        if start.motion == motion.ABSENT:
+            motion.stop_ball(ball, motion.ABSENT)
             continue
         if abs(ball.position[0]) > out_x or abs(ball.position[1]) > out_y:
             return False
         if ball.position[2] < radius * MIN_HEIGHT:
             return False
         for j in range(i):
-            if s.balls[j].motion == ABSENT:
+            if s.balls[j].motion == motion.ABSENT:
                 continue
             square = 0.0
             for k in range(3):
@@ -111,15 +82,15 @@ def begin_table(table: TableModel, s: Simulation, starts: list[TableBall], first
                 return False
     for i in range(1, len(s.balls)):
         if s.balls[0].first_contact == i or s.balls[i].first_contact == 0:
-            note_meeting(s, 0, i, 0.0)
+            motion.note_meeting(s, 0, i, 0.0)
     return True
 
 
 @inner
-def write_outcome(ball: BallRecord, outcome: TableBall, valid: bool) -> None:
+def write_outcome(ball: motion.BallRecord, outcome: motion.TableBall, valid: bool) -> None:
     """Write how a ball ends; zeros, if it cannot begin."""
     if not valid:
-        outcome.pocket, outcome.first_contact = NOTHING, NOTHING
+        outcome.pocket, outcome.first_contact = motion.NOTHING, motion.NOTHING
         outcome.last_edge, outcome.met_time = -math.inf, math.inf
         return
     for k in range(3):
@@ -136,10 +107,10 @@ def write_outcome(ball: BallRecord, outcome: TableBall, valid: bool) -> None:
 # on takes longer than all else that it does.
 @innermost
 def run_table(
-    layout: PackedTable,
-    s: Simulation,
+    layout: geometry.PackedTable,
+    s: motion.Simulation,
     tables: Tables,
-    strokes: Strokes,
+    strokes: placement.Strokes,
     number: int,
     tolerance: float,
     window: RunLimits,
@@ -150,9 +121,11 @@ def run_table(
     outcome.segments = tables.ends[number - 1].segments if number > 0 else 0
     hops = 1.0
     if len(cues) > 0:
-        hops = HOPS_BEFORE_CUSHIONS if strokes.checked and not n.endless else HOPS
+        hops = (
+            placement.HOPS_BEFORE_CUSHIONS if strokes.checked and not n.endless else placement.HOPS
+        )
     bounces = hops * tolerance
-    table = TableModel(
+    table = geometry.TableModel(
         layout.params,
         n,
         layout.jaws,
@@ -166,7 +139,9 @@ def run_table(
     valid = begin_table(table, s, tables.starts, first)
     outcome.duration, outcome.run_status = 0.0, OK if valid else INVALID_REQUEST
     if len(cues) > 0:
-        place_cue(table, s, tables.starts, first, strokes, number, tolerance, cues[number])
+        placement.place_cue(
+            table, s, tables.starts, first, strokes, number, tolerance, cues[number]
+        )
         if valid and cues[number].strikes and window.until != PLACED:
             strike(table, s, cues, number, room)
             outcome.double_hit = cues[number].double_hit == 0.0
@@ -179,40 +154,44 @@ def run_table(
 
 @inner
 def estimated_error(
-    layout: PackedTable, cue: CueRecord, ball: TableBall, tolerance: float
+    layout: geometry.PackedTable, cue: CueRecord, ball: motion.TableBall, tolerance: float
 ) -> float:
     """Estimate the error of the trajectory of a ball after a stroke [m]."""
     error = cue.drift * ball.time
     if layout.numbers[0].endless:
         error += ball.left_out
         if layout.params.rolling_rise > 0.0:
-            error += ROLLS * tolerance
+            error += placement.ROLLS * tolerance
     elif error > 0.0:
-        error += CUSHION_SHARE * tolerance
+        error += placement.CUSHION_SHARE * tolerance
     return error
 
 
 def _example(storage: Storage) -> tuple[Any, ...]:
     """One ball on the cloth."""
-    params = BallClothParams(*(1.0,) * 10, 0, 1.0)
+    params = geometry.BallClothParams(*(1.0,) * 10, 0, 1.0)
     starts = ball_starts(1, 1)
     starts['position'] = 0.0, 0.0, 1.0
     return (
         Tables(
-            storage.from_rows(TableBall, starts[0]),
+            storage.from_rows(motion.TableBall, starts[0]),
             storage.records(CueRecord, 1),
-            storage.records(TableBall, 1),
-            storage.records(TableOutcome, 1),
-            storage.records(SegmentRecord, 1),
-            storage.records(EventRecord, 1),
+            storage.records(motion.TableBall, 1),
+            storage.records(motion.TableOutcome, 1),
+            storage.records(motion.SegmentRecord, 1),
+            storage.records(motion.EventRecord, 1),
         ),
-        NO_STROKES.stored(storage, 1),
+        placement.NO_STROKES.stored(storage, 1),
         1.0,
         RunLimits(
-            math.inf, 1, storage.records(BallRule, 1), storage.zeros(1), storage.zeros(1, 1, 1, 3)
+            math.inf,
+            1,
+            storage.records(motion.BallRule, 1),
+            storage.zeros(1),
+            storage.zeros(1, 1, 1, 3),
         ),
         lay_out(storage, params, ENDLESS),
-        room_for_simulation(storage, 1),
+        motion.room_for_simulation(storage, 1),
         room_for(storage, 1, True),
     )
 
@@ -220,11 +199,11 @@ def _example(storage: Storage) -> tuple[Any, ...]:
 @entry(_example, kept=3)
 def play_tables(
     tables: Tables,
-    strokes: Strokes,
+    strokes: placement.Strokes,
     tolerance: float,
     window: RunLimits,
-    layout: PackedTable,
-    simulation: SimulationRoom,
+    layout: geometry.PackedTable,
+    simulation: motion.SimulationRoom,
     room: ImpactWorkspace,
 ) -> None:
     """
@@ -259,7 +238,7 @@ def play_tables(
     """
     for number in range(len(tables.ends)):
         end, status = tables.ends[number], OK
-        s = Simulation(
+        s = motion.Simulation(
             simulation.balls,
             simulation.collisions,
             end,
@@ -277,11 +256,13 @@ def play_tables(
                 end.error = estimated_error(layout, cue, ball, tolerance)
                 if end.jaws_met > 0:
                     x, y, z = ball.position[0], ball.position[1], ball.position[2]
-                    finer = FINER * tolerance
+                    finer = placement.FINER * tolerance
                     run_table(layout, s, tables, strokes, number, finer, window, room)
-                    if ball.first_contact == NOTHING:
+                    if ball.first_contact == motion.NOTHING:
                         x, y, z = ball.position[0] - x, ball.position[1] - y, ball.position[2] - z
-                        end.error = max(end.error, LEFT * math.sqrt(x * x + y * y + z * z))
+                        end.error = max(
+                            end.error, placement.LEFT * math.sqrt(x * x + y * y + z * z)
+                        )
                     if cue.status != TOLERANCE_NOT_REACHED:  # as fine as an impact can be solved
                         status = cue.status
         if status in (OK, INFINITE_SEQUENCE):
@@ -333,14 +314,14 @@ class TableTask(NamedTuple):
 
     """
 
-    params: BallClothParams
-    table: TableParams
+    params: geometry.BallClothParams
+    table: geometry.TableParams
     starts: NDArray[np.void]
     tolerance: float
     hop_tolerance: float = DEFAULT_TOLERANCE
     max_events: int = DEFAULT_MAX_EVENTS
     cue: CueParams = NO_CUE
-    strokes: Strokes | None = None
+    strokes: placement.Strokes | None = None
     rules: NDArray[np.void] | None = None
     fast_rebounds: bool = False
     until: float = math.inf
@@ -416,7 +397,7 @@ def run_recorded(task: TableTask) -> BatchRecording:
         capacity = needed
 
 
-Rooms: TypeAlias = tuple[SimulationRoom, ImpactWorkspace]
+Rooms: TypeAlias = tuple[motion.SimulationRoom, ImpactWorkspace]
 
 
 class _Thread(threading.local):
@@ -439,11 +420,11 @@ class _Thread(threading.local):
         if phases:
             log = storage.unset(PhaseLog, phases)
             room = room._replace(results=room.results._replace(log=log))
-        return room_for_simulation(storage, balls), room
+        return motion.room_for_simulation(storage, balls), room
 
 
 _thread = _Thread()
-NO_RULES = ROWS.records(BallRule, 0)
+NO_RULES = ROWS.records(motion.BallRule, 0)
 NO_LOG, NO_LOSSES = ROWS.records(PhaseLog, 0).reshape(0, 2), np.zeros((2, 2))
 
 
@@ -464,7 +445,7 @@ def run_tables(
     _, room = rooms = _thread.rooms(*key)
     played, _, _, window, *_ = arguments = packed(task, storage, rooms, segments, events)
     run(*arguments)
-    ends = as_rows(TableOutcome, played.ends)
+    ends = as_rows(motion.TableOutcome, played.ends)
     recorded, logged, taken = (
         int(ends[name][-1]) if tables else 0 for name in ('segments', 'events', 'participants')
     )
@@ -472,11 +453,11 @@ def run_tables(
     log, losses = strike_details(cues, room) if phases and len(cues) else (NO_LOG, NO_LOSSES)
     _thread.kept[key] = rooms  # not after an exception
     return BatchRecording(
-        as_rows(TableBall, played.balls).reshape(tables, count),
+        as_rows(motion.TableBall, played.balls).reshape(tables, count),
         ends,
-        as_rows(SegmentRecord, played.segments[:recorded]),
+        as_rows(motion.SegmentRecord, played.segments[:recorded]),
         EventLog(
-            as_rows(EventRecord, played.events[:logged]),
+            as_rows(motion.EventRecord, played.events[:logged]),
             np.array(room.participants[:taken], np.int64).reshape(-1, 2),
         ),
         np.asarray(window.places).reshape(tables, count, len(task.times), 3),
@@ -495,15 +476,15 @@ def packed(
         storage, task.params, task.table, task.hop_tolerance, task.fast_rebounds, cue=task.cue
     )
     played = Tables(
-        storage.from_rows(TableBall, task.starts.reshape(-1)),
+        storage.from_rows(motion.TableBall, task.starts.reshape(-1)),
         storage.records(CueRecord, tables if with_cue else 0),
-        storage.records(TableBall, tables * count),
-        storage.records(TableOutcome, tables),
-        storage.unset(SegmentRecord, segments),
-        storage.unset(EventRecord, events),
+        storage.records(motion.TableBall, tables * count),
+        storage.records(motion.TableOutcome, tables),
+        storage.unset(motion.SegmentRecord, segments),
+        storage.unset(motion.EventRecord, events),
     )
-    strokes = (task.strokes or NO_STROKES).stored(storage, count)
-    rules = storage.from_rows(BallRule, NO_RULES if task.rules is None else task.rules)
+    strokes = (task.strokes or placement.NO_STROKES).stored(storage, count)
+    rules = storage.from_rows(motion.BallRule, NO_RULES if task.rules is None else task.rules)
     places = storage.zeros(tables, count, len(task.times), 3)
     times = storage.array(np.array(task.times, float))
     window = RunLimits(task.until, task.max_events, rules, times, places)

@@ -6,21 +6,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from billiard_shot import status
 from billiard_shot.compiled import inner
 from billiard_shot.numerics import rounding
 from billiard_shot.numerics.vectors import dot, unit
 from billiard_shot.records import Array, Floats, Storage, Vector
 from billiard_shot.scene import Scene
 from billiard_shot.scene.player import A, B, ELEVATION, SPEED
-from billiard_shot.status import (
-    CUE_THROUGH_BALL,
-    CUE_THROUGH_CLOTH,
-    CUE_THROUGH_CUSHION,
-    INVALID_STROKE,
-    MISS,
-    NEGATIVE_ELEVATION,
-    OK,
-)
 from billiard_shot.table.model.cue import CueParams, CueRecord, follow_through_time
 from billiard_shot.table.model.geometry import BallClothParams, GATE_OFF, TableModel
 from billiard_shot.table.model.motion import ABSENT, FLIGHT, Simulation, TableBall
@@ -117,14 +109,14 @@ def surroundings_of(scene: Scene) -> Surroundings:
 def clearance(s: Surroundings, n: Vector, c: Vector, position: Vector) -> int:
     """Whether the cue of a stroke has room: OK, CUE_THROUGH_BALL or CUE_THROUGH_CUSHION."""
     if s.cue_length == 0.0:
-        return OK
+        return status.OK
     for i in range(len(s.balls)):
         if depth_in_ball(s, i, n, c, position) > rounding.PLACE:
-            return CUE_THROUGH_BALL
+            return status.CUE_THROUGH_BALL
     for i in range(NOSES):
         if depth_in_cushion(s, i, n, c, position) > rounding.PLACE:
-            return CUE_THROUGH_CUSHION
-    return OK
+            return status.CUE_THROUGH_CUSHION
+    return status.OK
 
 
 @inner
@@ -358,15 +350,15 @@ def refusal(obstacles: Surroundings, n: Vector, c: Vector, position: Vector) -> 
     """Why a stroke along c, at the normal n, cannot be played, or OK."""
     cosine = dot(n, c)
     if not -inf < cosine < inf:
-        return INVALID_STROKE
+        return status.INVALID_STROKE
     if cosine > -GRAZING:
-        return MISS
+        return status.MISS
     if c[2] > LEVEL:
-        return NEGATIVE_ELEVATION
+        return status.NEGATIVE_ELEVATION
     height = obstacles.ball_radius * (1.0 + n[2])
     lowest = height - obstacles.ferrule_radius * sqrt(max(1.0 - c[2] * c[2], 0.0))
     if lowest < -ROUNDED * height:
-        return CUE_THROUGH_CLOTH
+        return status.CUE_THROUGH_CLOTH
     return clearance(obstacles, n, c, position)
 
 
@@ -440,10 +432,10 @@ def place_cue(
             place[k] = nan if other.motion == ABSENT else other.position[k]
     speed = unit(strokes.velocities[number], cue.axis)
     unit(strokes.normals[number], cue.normal)
-    cue.status = MISS
+    cue.status = status.MISS
     if isfinite(ball.position[0]) and ball.motion != ABSENT:
         cue.status = refusal(obstacles, cue.normal, cue.axis, ball.position)
-    if cue.status != OK:
+    if cue.status != status.OK:
         for k in range(3):
             cue.axis[k] = cue.normal[k] = 0.0
     else:

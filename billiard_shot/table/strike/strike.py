@@ -18,14 +18,7 @@ from billiard_shot.compiled import inner
 from billiard_shot.impact.beginning import NO_LIMITS, TipLimits
 from billiard_shot.numerics.vectors import dot
 from billiard_shot.status import BUDGET_EXCEEDED, OK, TOLERANCE_NOT_REACHED
-from billiard_shot.table.contacts.cluster import (
-    first_partner,
-    note_meetings,
-    set_apart,
-    settle,
-    solve_bodies,
-    takes_part,
-)
+from billiard_shot.table.contacts import cluster
 from billiard_shot.table.contacts.gather import (
     ClusterImpact,
     CUE_IMPACT_TOLERANCE,
@@ -81,7 +74,7 @@ def solve_strike(
     room.tolerance[0] = CUE_IMPACT_TOLERANCE if cue.others else cue.tolerance
     limits = limits_of(q, cue) if len(s.rules) > 0 else NO_LIMITS
     swing = swing_time(q)
-    solve_bodies(table.params, impact, room, q.moves, q.interval, swing, limits, logs=True)
+    cluster.solve_bodies(table.params, impact, room, q.moves, q.interval, swing, limits, logs=True)
     return impact
 
 
@@ -131,15 +124,15 @@ def end_strike(
     """
     q, params = table.cue, table.params
     ball, bodies = s.balls[0], room.results.bodies
-    settle(table, s, impact, room)
-    apart = set_apart(table, impact, room)
+    cluster.settle(table, s, impact, room)
+    apart = cluster.set_apart(table, impact, room)
     if not apart:
         room.results.outcomes[0].status = BUDGET_EXCEEDED
     for k in range(impact.members):
-        if not takes_part(impact, room, k):
+        if not cluster.takes_part(impact, room, k):
             continue
         one, body = s.balls[room.members[k]], bodies[k]
-        one.first_contact = first_partner(impact, room, k)
+        one.first_contact = cluster.first_partner(impact, room, k)
         for i in range(3):
             one.velocity[i], one.spin[i] = body.velocity[i], body.spin[i] / params.radius
             if cue.others and apart:
@@ -164,7 +157,7 @@ def log_meetings(
     params: BallClothParams, s: Simulation, impact: ClusterImpact, room: ImpactWorkspace
 ) -> None:
     """Log the meetings of balls in a strike as events that take and lose no energy."""
-    note_meetings(s, impact, room)
+    cluster.note_meetings(s, impact, room)
     for j in range(impact.contacts):
         c = room.properties[j]
         if room.results.contacts[j].closings > 0 and max(c.body_a, c.body_b) < impact.members:
