@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.game import strokes
+from billiard_shot.game import strokes, valuation
 from billiard_shot.game.ideas import (
     Idea,
     indirect_pots,
@@ -30,14 +30,6 @@ from billiard_shot.game.ideas import (
 from billiard_shot.game.rack import scene_of
 from billiard_shot.game.referee import choose
 from billiard_shot.game.state import Call, Decision, Ruling, State
-from billiard_shot.game.valuation import (
-    at_table,
-    extra_shots,
-    SHOT,
-    shots_left,
-    Skills,
-    value,
-)
 from billiard_shot.planning.plan import best_in_hand
 from billiard_shot.planning.shots import DirectShots
 from billiard_shot.records import Array
@@ -107,7 +99,7 @@ class Player:
         plies: int = 2,
         safe: bool = True,
         seconds: float | None = None,
-        opponent: float = SHOT,
+        opponent: float = valuation.SHOT,
     ) -> None:
         if plies not in (0, 1, 2):
             raise refused(plies, '0, 1 or 2', 'plies')
@@ -119,7 +111,7 @@ class Player:
         self._safe = safe
         if not 0.0 <= as_float(opponent) <= 1.0:
             raise refused(opponent, '0 to 1', 'opponent')
-        self._skills = Skills(SHOT, opponent)
+        self._skills = valuation.Skills(valuation.SHOT, opponent)
         self._seconds = math.inf if seconds is None else positive('seconds', seconds, 's')
         self._planned: tuple[State, list[RatedIdea], float] | None = None
 
@@ -198,7 +190,9 @@ class Player:
             if CUE_BALL in after.balls:
                 chance = strokes.direct_shots(self._scene, after).best
             left = _shots_left(self._scene, after)
-            found[choice] = float(value(after, state.player, chance, left, self._skills)[0])
+            found[choice] = float(
+                valuation.value(after, state.player, chance, left, self._skills)[0]
+            )
         return max(found, key=lambda choice: found[choice])
 
     def _limit(self, state: State) -> float:
@@ -276,7 +270,7 @@ class Player:
         """Take a direct shot by its chance, without having tried it."""
         chance, game = direct.chance[number], position.state.game
         left = _shots_left(position.scene, position.state)
-        won = float(at_table(np.array([chance]), game, left, self._skills)[0])
+        won = float(valuation.at_table(np.array([chance]), game, left, self._skills)[0])
         idea = Idea(position, direct.offsets[number], strokes.call_of(direct, number), won)
         return RatedIdea(idea, won, float(chance))
 
@@ -342,7 +336,7 @@ def _shots_left(scene: Scene, state: State) -> NDArray[np.int64]:
     """Count the shots (1, 2) that the players need in a state, wherever the cue ball is."""
     anywhere = np.zeros((1, 2))
     given = [state], np.zeros(1, np.int64), strokes.placed(state, anywhere)
-    return shots_left(*given, extra_shots(scene, *given))
+    return valuation.shots_left(*given, valuation.extra_shots(scene, *given))
 
 
 def _by_value(rated: list[RatedIdea]) -> list[RatedIdea]:
