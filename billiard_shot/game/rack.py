@@ -118,8 +118,8 @@ MakeAgent = Callable[[Scene, int], Agent]
 """Makes an agent from the scene with which it plans and the seed of its random numbers."""
 
 # How visits to the table end. A miss is a shot that the player gave an even chance or more; a
-# shot with less was all that the leave before it had left. A safety is called; in pool without
-# calls it is a stroke whose chance was stated, at no named ball.
+# shot with less was all that the leave before it had left. A safety is called; where two players
+# call nothing, it is a stroke whose chance was stated, at no named ball.
 ENDS = ('won', 'miss', 'leave', 'scratch', 'foul', 'safety', 'no shot', 'break', 'illegal')
 
 
