@@ -17,10 +17,10 @@ from billiard_shot.calibration.recording import RecordedShot, Recording, Track
 from billiard_shot.film.balls import Seen
 from billiard_shot.film.kinds import described, named
 from billiard_shot.film.lens import Bytes, Floats
-from billiard_shot.film.live import LiveTable
 from billiard_shot.film.reading import Film, FilmError, LARGEST_MOVE, Steady, STILL
 from billiard_shot.film.table_in_picture import FoundTable
 from billiard_shot.film.tracks import LEAST_SEEN, Tracker
+from billiard_shot.film.watched_table import WatchedTable
 from billiard_shot.scene import Scene
 
 WINDOW = 0.12
@@ -125,19 +125,21 @@ def read_film(
     """
     film = Film(path, readout)
     samples = film.samples()
-    live = LiveTable([picture for _, picture in samples], scene, (), corners)
-    steady = Steady(samples[0][1], live.cloth.bed)
+    watched = WatchedTable([picture for _, picture in samples], scene, (), corners)
+    steady = Steady(samples[0][1], watched.cloth.bed)
     move = steady.largest([picture for _, picture in samples])
-    if move > LARGEST_MOVE * live.camera.size[0]:
+    if move > LARGEST_MOVE * watched.camera.size[0]:
         raise FilmError(f'{path}: the camera moves too much ({move:.0f} px): fix it')
     notes = []
     if move > STILL:
         notes.append(f'the camera moves by up to {move:.1f} px: taken out with marks of the rails')
         held = [steady.held(picture) for _, picture in samples]
-        live = LiveTable([picture for picture in held if picture is not None], scene, (), corners)
-    size, tracker = live.camera.size, live.tracker
-    notes += live.table.notes
-    if live.camera.rotation[1, 2] > UPSIDE_DOWN:
+        watched = WatchedTable(
+            [picture for picture in held if picture is not None], scene, (), corners
+        )
+    size, tracker = watched.camera.size, watched.tracker
+    notes += watched.table.notes
+    if watched.camera.rotation[1, 2] > UPSIDE_DOWN:
         notes.append('the film is upside down, and is read as it is')
     times, lost = [], 0
     for number, (time, turns, taken) in enumerate(film.pictures()):
@@ -145,7 +147,7 @@ def read_film(
         if picture is None or picture.shape[1::-1] != size:
             lost += 1
             continue
-        live.see(picture, time, partial(film.row_time, turns=turns, size=size))
+        watched.see(picture, time, partial(film.row_time, turns=turns, size=size))
         times.append(time)
         progress(number + 1)
     if lost:
@@ -168,7 +170,7 @@ def read_film(
         _recorded(str(k + 1), shot, balls, seen_at, about) for k, shot in enumerate(shots)
     )
     recording = Recording(str(path), recorded, ignored=tuple(about))
-    return FilmResult(recording, live.table, balls, tuple(shots), samples, notes + about)
+    return FilmResult(recording, watched.table, balls, tuple(shots), samples, notes + about)
 
 
 def _scatter(sights: Seen) -> float:

@@ -127,7 +127,7 @@ class TableCamera(LifecycleNode):
 
     def _reset(self, problem: str) -> None:
         """Forget the table; it is sought in the next pictures."""
-        self._live: Any = None
+        self._watched: Any = None
         self._first: list[Any] = []
         self._problem, self._last, self._looked, self._moved = problem, -np.inf, -np.inf, 0
         self._done: list[tuple[float, float]] = []  # ends and processor times of pictures [s]
@@ -178,7 +178,7 @@ class TableCamera(LifecycleNode):
         self._last = time
         if self._rectify is not None:
             picture = self._rectify(picture)
-        if self._live is None:
+        if self._watched is None:
             self._seek(picture)
         elif self._is_still(picture):
             self._see(picture, time, message.header)
@@ -186,7 +186,7 @@ class TableCamera(LifecycleNode):
 
     def _seek(self, picture: Any) -> None:
         """Seek the table in some pictures, in a thread."""
-        from billiard_shot.film.live import LiveTable
+        from billiard_shot.film.watched_table import WatchedTable
 
         first, own, scene = self._first, self._own, self._scene
         if first and first[0].shape != picture.shape:
@@ -198,7 +198,7 @@ class TableCamera(LifecycleNode):
         if len(first) == FIRST:
             corners = corners_of(own.corners)
             search = in_thread(
-                self, lambda: LiveTable(first, scene, own.balls, corners, own.turned)
+                self, lambda: WatchedTable(first, scene, own.balls, corners, own.turned)
             )
             search.add_done_callback(lambda ended: self._end_search(ended, first))
 
@@ -209,27 +209,27 @@ class TableCamera(LifecycleNode):
             self._reset(f'no table: {error}')
             self._warn(self._problem)
             return
-        self._live, self._problem = ended.result(), ''
-        self.get_logger().info(f'found the table: {"; ".join(self._live.table.notes)}')
+        self._watched, self._problem = ended.result(), ''
+        self.get_logger().info(f'found the table: {"; ".join(self._watched.table.notes)}')
 
     def _is_still(self, picture: Any) -> bool:
         """Whether the camera stands where it found the table."""
-        if picture.shape[1::-1] != self._live.camera.size:
+        if picture.shape[1::-1] != self._watched.camera.size:
             self._reset('the size of the pictures is new')
             return False
         if monotonic() - self._looked > CHECK_PERIOD:
             self._looked = monotonic()
-            move = self._live.move(picture)
+            move = self._watched.move(picture)
             self._moved = self._moved + 1 if move > MOVED else 0
             self._problem = f'the camera moved by {move:.1f} px' if self._moved else ''
             if self._moved >= MOST_MOVED:
                 self._warn(f'{self._problem}: seeks the table again')
                 self._reset(self._problem)
-        return not self._moved and self._live is not None
+        return not self._moved and self._watched is not None
 
     def _see(self, picture: Any, time: float, header: Header) -> None:
         """Publish the balls of a picture."""
-        balls = self._live.balls(picture, time)
+        balls = self._watched.balls(picture, time)
         own = parameters.table_header(self, header.stamp)
         message = self._messages.Detection3DArray(header=own)
         radius = self._scene.ball.radius
@@ -244,7 +244,7 @@ class TableCamera(LifecycleNode):
             message.detections.append(detection)
         self._detections.publish(message)
         if self._outlines.get_subscription_count():
-            self._outlines.publish(image_message(self._live.outlined(picture, balls), header))
+            self._outlines.publish(image_message(self._watched.outlined(picture, balls), header))
 
     def _warn(self, words: str) -> None:
         self.get_logger().warning(words, throttle_duration_sec=LOG_PERIOD)
@@ -255,8 +255,8 @@ class TableCamera(LifecycleNode):
         values = {'pictures a second': len(recent) / SILENCE}
         if recent:
             values['processor time of a picture [ms]'] = 1e3 * float(np.median(recent))
-        if self._live:
-            values['errors of noses and sights [px]'] = self._live.table.error
+        if self._watched:
+            values['errors of noses and sights [px]'] = self._watched.table.error
         name = self.get_fully_qualified_name()
         status = DiagnosticStatus(
             level=DiagnosticStatus.WARN if problem else DiagnosticStatus.OK,

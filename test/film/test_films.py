@@ -17,9 +17,9 @@ from billiard_shot.cli.output import DONE, FAILED, WRONG_INPUT
 from billiard_shot.film.balls import BallFinder
 from billiard_shot.film.cloth import fit_cloth
 from billiard_shot.film.film import read_film, UPSIDE_DOWN
-from billiard_shot.film.live import LiveTable
 from billiard_shot.film.reading import Film, FilmError, Steady
 from billiard_shot.film.table_in_picture import cloth_corners, find_table, NoTableError
+from billiard_shot.film.watched_table import WatchedTable
 
 READOUT, POTTING = 0.012, 1
 SMALL = replace(OVERHEAD, size=(640, 360), focal=546.5)
@@ -318,8 +318,8 @@ def test_a_black_ball_in_a_dark_corner_is_found():
     filming = Filming(view=SMALL, hand=False, cloth='green', lamps=lamps)
     picture = Painter(scene, Placed(scene.balls, scene.ball.radius), filming)
     picture.motion.put(scene.balls)
-    live = LiveTable([picture.at(0.0)], scene, ['8', '3'])
-    balls = {ball.name: ball.place for ball in live.balls(picture.at(0.0), 0.1)}
+    watched = WatchedTable([picture.at(0.0)], scene, ['8', '3'])
+    balls = {ball.name: ball.place for ball in watched.balls(picture.at(0.0), 0.1)}
     assert balls.keys() == {'8', '3'}
     assert np.linalg.norm(balls['8'] - scene.balls['8']) < scene.ball.radius
 

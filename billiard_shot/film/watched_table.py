@@ -50,7 +50,7 @@ class FoundBall:
     sigma: float
 
 
-class LiveTable:
+class WatchedTable:
     """
     The table and the balls of one camera.
 
