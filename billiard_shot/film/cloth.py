@@ -95,9 +95,8 @@ def fit_cloth(picture: Bytes, camera: Camera, height: float) -> Cloth:
     v, u = np.mgrid[0:high:step, 0:wide:step]
     terms = _terms(u / wide - 0.5, v / high - 0.5)
     seen = picture[::step, ::step].astype(np.float64)
-    kept = inner.copy()
     middle = np.median(seen[inner], axis=0)
-    kept &= np.abs(seen - middle).sum(-1) < 0.6 * middle.sum()
+    kept = inner & (np.abs(seen - middle).sum(-1) < 0.6 * middle.sum())
     for _ in range(ROUNDS):
         if kept.sum() < LEAST_CLOTH * inner.sum():
             raise ValueError('too little of the bed has one colour')
@@ -106,8 +105,7 @@ def fit_cloth(picture: Bytes, camera: Camera, height: float) -> Cloth:
         kept = inner & (off < MOST_OFF * max(1.5 * float(np.median(off[inner])), 2.0))
     across = ((np.arange(n) + 0.5) / n - 0.5 for n in (64, 36))
     field = (_terms(*np.meshgrid(*across)) @ factors).astype(np.float32)
-    colour = cv2.resize(field, (wide, high), interpolation=cv2.INTER_CUBIC)
-    colour = np.clip(colour, 1.0, 255.0)
+    colour = cv2.resize(field, (wide, high), interpolation=cv2.INTER_CUBIC).clip(1.0, 255.0)
     rest = apart(picture.astype(np.float32), colour)[bed > 0]
     return Cloth(colour, bed, max(float(np.median(rest)) * 1.5, 1.0))
 

@@ -131,12 +131,10 @@ class Steady:
         good = found.ravel() > 0
         if good.sum() < LEAST_MARKS:
             return None
-        move, inliers = cv2.estimateAffinePartial2D(
+        move, fits = cv2.estimateAffinePartial2D(
             self._marks[good], seen[good], method=cv2.RANSAC, ransacReprojThreshold=0.7
         )
-        if move is None or inliers.sum() < LEAST_MARKS:
-            return None
-        return np.asarray(move, np.float64)
+        return move if np.count_nonzero(fits) >= LEAST_MARKS else None
 
     def held(self, picture: Bytes) -> Bytes | None:
         """Return a picture, moved back onto the first one."""
