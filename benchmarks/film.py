@@ -24,7 +24,6 @@ from billiard_shot.calibration.recording import Track
 from billiard_shot.film.film import read_film
 from billiard_shot.film.page import drawn
 from billiard_shot.film.table_in_picture import NoTableError
-from billiard_shot.table.run.outline import outline_of
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / 'test' / 'film'))
 from rendered import filmed, Filming, OBLIQUE, OVERHEAD
@@ -100,8 +99,7 @@ def measure(report, name, filming, shots, folder):
     for note in result.notes:
         print(f'    {note}')
     if name in PICTURES:
-        height = outline_of(scene).height
-        picture, _ = drawn(result, result.shots[0], scene.ball.radius, height)
+        picture, _ = drawn(result, result.shots[0])
         code = cv2.cvtColor(picture, cv2.COLOR_RGB2BGR)
         cv2.imwrite(str(PICTURES[name]), code, [cv2.IMWRITE_JPEG_QUALITY, 85])
 

@@ -22,7 +22,6 @@ from billiard_shot.pictures.view import write_text
 from billiard_shot.scene import Scene
 from billiard_shot.scene.errors import must_be
 from billiard_shot.scene.fields import number
-from billiard_shot.table.run.outline import outline_of
 
 ESTIMATES = (
     output.Column('name', 'number'),
@@ -296,7 +295,7 @@ def run_film(options: argparse.Namespace) -> int:
         write_corner_page(picture, str(error), page)
         print(f'billiard-shot: {error}; four clicks on {page} tell its corners', file=sys.stderr)
         return output.FAILED
-    write_page(result, scene.ball.radius, outline_of(scene).height, page)
+    write_page(result, page)
     for text in result.notes:
         print(text)
     if not options.readout:

@@ -15,8 +15,6 @@ NOSE, SIGHT, BALL, UNDER = (240, 228, 66), (204, 121, 167), (255, 255, 255), (0,
 def outlined(
     picture: Bytes,
     table: FoundTable,
-    height: float,
-    radius: float,
     balls: Mapping[str, Floats],
     tracks: Sequence[tuple[str, Floats]] = (),
 ) -> Bytes:
@@ -28,17 +26,13 @@ def outlined(
     picture : (height, width, 3) uint8 array
         RGB.
     table : FoundTable
-    height : float
-        Of the noses [m].
-    radius : float
-        Of the balls [m].
     balls : mapping of str to (2,) float array
         Places of balls [m].
     tracks : sequence of (str, (n, 2) float array)
         Names of balls, and places that they pass [m].
 
     """
-    shown, camera = picture.copy(), table.camera
+    shown, camera, radius = picture.copy(), table.camera, table.radius
 
     def line(
         pixels: Floats, colour: Sequence[float], closed: bool = False, width: int = 1
@@ -46,7 +40,7 @@ def outlined(
         fine = np.round(8.0 * pixels).astype(np.int32)
         cv2.polylines(shown, [fine], closed, colour, width, cv2.LINE_AA, 3)
 
-    line(camera.rim(height), NOSE, True)
+    line(camera.rim(table.height), NOSE, True)
     for u, v in np.round(8.0 * table.sights.pixel).astype(int).tolist():
         cv2.circle(shown, (u, v), 40, SIGHT, 1, cv2.LINE_AA, 3)
     for name, places in tracks:

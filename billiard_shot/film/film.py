@@ -138,7 +138,7 @@ def read_film(
             [picture for picture in held if picture is not None], scene, (), corners
         )
     size, tracker = watched.camera.size, watched.tracker
-    notes += watched.table.notes
+    notes.append(watched.table.note)
     if watched.camera.rotation[1, 2] > UPSIDE_DOWN:
         notes.append('the film is upside down, and is read as it is')
     times, lost = [], 0

@@ -1,7 +1,7 @@
 """The page about a film: pictures with what was found, and four clicks that tell the corners."""
 
 from base64 import b64encode
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from html import escape
 from importlib.resources import files
 from pathlib import Path
@@ -18,35 +18,43 @@ from billiard_shot.pictures.view import write_text
 WIDEST, QUALITY = 1280, 80
 """Largest width of a picture [px], and its quality."""
 
-MOST_SHOTS = 30
-"""Shots that are drawn."""
-
 GAP = 0.1
 """Between sights that are farther apart, a track is not drawn [s]."""
 
 
-def write_page(result: FilmResult, radius: float, height: float, path: Path) -> None:
-    """Write the page of a film; radius of the balls and height of the noses in m."""
-    first = outlined(result.pictures[0][1], result.table, height, radius, {})
-    parts = [f'<h1>What was found in {escape(Path(result.recording.name).name)}</h1>']
-    parts.append(f'<p>{len(result.recording.shots)} shots, {len(result.balls)} balls.</p>')
-    parts += _list('What was noticed, and what was given up', _notes(result))
-    parts += _corners(first)
-    parts.append('<h2>Shots</h2>')
-    for shot in result.shots[:MOST_SHOTS]:
-        parts.append(_figure(*drawn(result, shot, radius, height)))
-    if len(result.shots) > MOST_SHOTS:
-        parts.append(f'<p>{len(result.shots) - MOST_SHOTS} more shots are not drawn.</p>')
-    write_text(path, _page(parts))
+def write_page(result: FilmResult, path: Path) -> None:
+    """Write the page of a film."""
+    errors = f'errors of noses and sights: {result.table.error:.2f} px (root mean square)'
+    first = outlined(result.pictures[0][1], result.table, {})
+    parts = [
+        f'<h1>What was found in {escape(Path(result.recording.name).name)}</h1>',
+        f'<p>{len(result.recording.shots)} shots, {len(result.balls)} balls.</p>',
+        '<h2>What was noticed, and what was given up</h2><ul>',
+        *(f'<li>{escape(text)}</li>' for text in (errors, *result.notes)),
+        '</ul>',
+    ]
+    shots = [_figure(*drawn(result, shot)) for shot in result.shots]
+    _write(path, parts, first, ['<h2>Shots</h2>', *shots])
 
 
 def write_corner_page(picture: Bytes, why: str, path: Path) -> None:
     """Write a page that only asks for the corners."""
     warning = f'<p class="warning">{escape(why)}</p>'
-    write_text(path, _page(['<h1>The table was not found</h1>', warning, *_corners(picture)]))
+    _write(path, ['<h1>The table was not found</h1>', warning], picture)
 
 
-def drawn(result: FilmResult, shot: Shot, radius: float, height: float) -> tuple[Bytes, str]:
+def _write(path: Path, parts: Sequence[str], picture: Bytes, shots: Sequence[str] = ()) -> None:
+    own = (files('billiard_shot.pictures') / 'page' / 'film.html').read_text(encoding='utf-8')
+    corners = (
+        '<h2>The table</h2><p>Yellow: the noses of the cushions. If they are elsewhere, click on '
+        'the four corners at which their lines cross, and give the command this option: '
+        '<code id="option">--corners</code></p>'
+    )
+    corners += _figure(picture, '', 'id="corners" ')
+    write_text(path, page_of([*parts, corners, *shots, own]))
+
+
+def drawn(result: FilmResult, shot: Shot) -> tuple[Bytes, str]:
     """Draw the tracks of a shot, and the balls of a picture in it; also return its caption."""
     inside = [each for each in result.pictures if shot.begin <= each[0] <= shot.end]
     time, picture = min(
@@ -62,31 +70,7 @@ def drawn(result: FilmResult, shot: Shot, radius: float, height: float) -> tuple
         tracks += [(name, part) for part in parts]
     caption = f'{result.shots.index(shot) + 1}: {shot.struck} is struck at {shot.strike:.3f} s'
     caption += f'; the picture is that of {time:.2f} s'
-    return outlined(picture, result.table, height, radius, balls, tracks), caption
-
-
-def _page(parts: Sequence[str]) -> str:
-    own = (files('billiard_shot.pictures') / 'page' / 'film.html').read_text(encoding='utf-8')
-    return page_of([*parts, own])
-
-
-def _notes(result: FilmResult) -> Iterator[str]:
-    yield f'errors of noses and sights: {result.table.error:.2f} px (root mean square)'
-    yield from result.notes
-
-
-def _list(title: str, texts: Iterator[str]) -> list[str]:
-    items = [f'<li>{escape(text)}</li>' for text in texts]
-    return [f'<h2>{title}</h2><ul>', *items, '</ul>']
-
-
-def _corners(picture: Bytes) -> list[str]:
-    return [
-        '<h2>The table</h2><p>Yellow: the noses of the cushions. If they are elsewhere, click on '
-        'the four corners at which their lines cross, and give the command this option: '
-        '<code id="option">--corners</code></p>',
-        _figure(picture, '', 'id="corners" '),
-    ]
+    return outlined(picture, result.table, balls, tracks), caption
 
 
 def _figure(picture: Bytes, caption: str, more: str = '') -> str:

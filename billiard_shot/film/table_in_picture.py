@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.distance import cdist
 
 from billiard_shot.film.lens import (
     Bytes,
@@ -91,17 +92,21 @@ class FoundTable:
     camera : Camera
     sights : Sights
         Those that fit.
+    height, radius : float
+        Of the noses, and of the balls [m].
     error : float
         Root mean square of the errors of noses and sights that fit [px].
-    notes : tuple of str
-        What was not used, and why.
+    note : str
+        How many noses and sights fit.
 
     """
 
     camera: Camera
     sights: Sights
+    height: float
+    radius: float
     error: float
-    notes: tuple[str, ...]
+    note: str
 
 
 def find_table(picture: Bytes, scene: Scene, corners: Floats | None = None) -> FoundTable:
@@ -150,7 +155,8 @@ def find_table(picture: Bytes, scene: Scene, corners: Floats | None = None) -> F
     count, good = len(edges.at), kept[len(edges.at) :].reshape(-1, 2).all(axis=1)
     note = f'{kept[:count].sum()} of {count} points of noses, {good.sum()} sights fit'
     sights = Sights(sights.at[good], sights.pixel[good])
-    return FoundTable(camera, sights, float(np.sqrt((errors[kept] ** 2).mean())), (note,))
+    mean = float(np.sqrt((errors[kept] ** 2).mean()))
+    return FoundTable(camera, sights, outline.height, scene.ball.radius, mean, note)
 
 
 def cloth_corners(picture: Bytes) -> Floats:
@@ -167,29 +173,27 @@ def cloth_corners(picture: Bytes) -> Floats:
     small = cv2.resize(picture, None, fx=1 / scale, fy=1 / scale, interpolation=cv2.INTER_AREA)
     last = np.array([small.shape[1], small.shape[0]]) - 1.0
     bridge = round(BRIDGE * min(small.shape[:2]))
-    best, outline, filled, rank = None, np.empty((0, 2)), 0.0, (-5, 0.0)
+    found = []
     for mask in _even_colours(cv2.GaussianBlur(small, (0, 0), 1.0).astype(np.float32)):
         wide = np.pad(mask, bridge)  # else the edges of the picture are bridged, too
         wide = cv2.morphologyEx(wide, cv2.MORPH_CLOSE, np.ones((bridge, bridge), np.uint8))
         whole = wide[bridge:-bridge, bridge:-bridge].copy()
-        count, labels, stats, _ = cv2.connectedComponentsWithStats(whole)
-        if count < 2:
+        edges = cv2.findContours(whole, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0]
+        if not edges:
             continue
-        largest = 1 + int(stats[1:, cv2.CC_STAT_AREA].argmax())
-        part = (labels == largest).astype(np.uint8)
-        contours = cv2.findContours(part, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0]
-        edge = max(contours, key=cv2.contourArea)
+        edge = max(edges, key=cv2.contourArea)
         quad = _four_sided(cv2.convexHull(edge))
-        if quad is None or part.sum() < LEAST_PART * mask.size:
+        if quad is None or cv2.contourArea(edge) < LEAST_PART * mask.size:
             continue
+        part = cv2.drawContours(np.zeros_like(mask), [edge], 0, 1, cv2.FILLED)
         covered = float((part & mask).sum()) / max(cv2.contourArea(quad.astype(np.float32)), 1.0)
         reach = np.concatenate([edge.min(axis=(0, 1)) < 2.0, edge.max(axis=(0, 1)) > last - 2.0])
-        # A floor reaches beyond more edges of the picture than a table.
-        if covered > LEAST_CLOTH and (-int(reach.sum()), float(part.sum())) > rank:
-            best, filled, beyond = quad, covered, reach
-            outline, rank = edge[:, 0].astype(np.float64), (-int(reach.sum()), float(part.sum()))
-    if best is None:
+        if covered > LEAST_CLOTH:
+            found.append((reach, float(part.sum()), covered, quad, edge[:, 0].astype(np.float64)))
+    if not found:
         raise NoTableError('no table is in sight: no even colour fills a rectangle')
+    # A floor reaches beyond more edges of the picture than a table.
+    beyond, _, filled, corners, outline = max(found, key=lambda each: (-each[0].sum(), each[1]))
     if beyond.any():
         names = np.array(['left', 'upper', 'right', 'lower'])[beyond]
         raise NoTableError(
@@ -198,7 +202,7 @@ def cloth_corners(picture: Bytes) -> Floats:
         )
     if filled < LEAST_FILLED:
         raise NoTableError(f'something hides a part of the table: {100 * filled:.0f} % is cloth')
-    return scale * (_crossings(_around(best), outline) + 0.5) - 0.5
+    return scale * (_crossings(_around(corners), outline) + 0.5) - 0.5
 
 
 def _four_sided(hull: NDArray[np.int32]) -> Floats | None:
@@ -254,10 +258,8 @@ def _even_colours(picture: Floats) -> Iterator[Bytes]:
     for _ in range(COLOURS):
         if left.sum() < LEAST_PART * left.size:
             return
-        bins = (colour[left][:, :2] * 40).astype(int)
-        counts = np.bincount(bins[:, 0] * 41 + bins[:, 1], minlength=41 * 41)
-        common = bins[:, 0] * 41 + bins[:, 1] == counts.argmax()
-        mean = np.median(colour[left][common], axis=0)
+        bins = (colour[left][:, :2] * 40).astype(int) @ [41, 1]
+        mean = np.median(colour[left][bins == np.bincount(bins).argmax()], axis=0)
         alike = (colour @ (mean / np.linalg.norm(mean)) > LEAST_COSINE) & (far > LEAST_BRIGHTNESS)
         left &= ~alike
         mask = cv2.morphologyEx(alike.astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
@@ -279,40 +281,33 @@ def _noses(
     reach: float,
 ) -> Edges:
     """Find the steepest step along lines across the noses, each the mean of neighbours."""
-    found = []
+    found, window = [], np.arange(-4, 5)  # 2 px
     for axis, sign in SIDES:
-        other = 1 - axis
-        free = 1.0 - NEAR_CORNER / half[other]
-        along = np.linspace(-free, free, ALONG)
         at = np.full((ALONG, 2), sign)
-        at[:, other] = along
-        if len(holes):
-            nearest = np.linalg.norm((at * half)[:, np.newaxis] - holes, axis=-1).min(axis=1)
-            at = at[nearest > NEAR_POCKET]
-        here = at * camera.half
-        ends = np.zeros((2, len(at), 2)) + here
+        at[:, 1 - axis] = np.linspace(-1.0, 1.0, ALONG) * (1.0 - NEAR_CORNER / half[1 - axis])
+        at = at[cdist(at * half, holes).min(axis=1, initial=np.inf) > NEAR_POCKET]
+        ends = np.stack([np.insert(at * camera.half, 2, height, axis=1)] * 2)
         ends[:, :, axis] += np.array([[-reach], [reach]])
-        lift = np.full((*ends.shape[:2], 1), height)
-        first, last = camera.project(np.concatenate([ends, lift], axis=-1))
-        length = np.linalg.norm(last - first, axis=1).max()
-        steps = np.linspace(0.0, 1.0, max(int(4.0 * length), 12))[:, np.newaxis]
-        lines = first[:, np.newaxis] + steps * (last - first)[:, np.newaxis]
-        seen = _sampled(picture, lines)
-        seen = cv2.blur(seen, (3, MEAN))
-        slope = np.linalg.norm(np.diff(seen, axis=1), axis=-1)
-        apart = slice(MEAN // 2, -(MEAN // 2), MEAN // 2)
-        slope, at, lines = slope[apart], at[apart], lines[apart]
+        first, last = camera.project(ends)
+        count = max(int(4.0 * np.linalg.norm(last - first, axis=1).max()), 12)
+        lines = np.linspace(first, last, count, axis=1)
+        seen = cv2.blur(_sampled(picture, lines), (3, MEAN))
+        some = slice(MEAN // 2, -(MEAN // 2), MEAN // 2)
+        at, lines, slope = (
+            at[some],
+            lines[some],
+            np.linalg.norm(np.diff(seen[some], axis=1), axis=-1),
+        )
+        k = np.clip(slope.argmax(axis=1), 4, count - 6)[:, np.newaxis]
+        around = np.take_along_axis(slope, k + window, axis=1)
+        offset = (around @ window) / np.maximum(around.sum(axis=1), 1e-9)
+        part = (k + 0.5 + offset[:, np.newaxis]) / (count - 1)
+        along = np.gradient(lines[:, 0], axis=0)
+        across = np.column_stack([-along[:, 1], along[:, 0]])
+        across /= np.linalg.norm(along, axis=1, keepdims=True)
         inside = ((lines > 1.0) & (lines < np.array(camera.size) - 2.0)).all(axis=(1, 2))
-        k = np.clip(slope.argmax(axis=1), 4, slope.shape[1] - 5)
-        window = np.arange(-4, 5)  # 2 px
-        around = slope[np.arange(len(k))[:, np.newaxis], k[:, np.newaxis] + window]
-        offset = (around * window).sum(axis=1) / np.maximum(around.sum(axis=1), 1e-9)
-        part = (k + 0.5 + offset)[:, np.newaxis] / (len(steps) - 1)
-        way = lines[:, -1] - lines[:, 0]
-        along_picture = np.gradient(lines[:, 0], axis=0)
-        across = np.column_stack([-along_picture[:, 1], along_picture[:, 0]])
-        across /= np.linalg.norm(across, axis=1, keepdims=True)
-        found.append((at[inside], (lines[:, 0] + part * way)[inside], across[inside]))
+        pixels = lines[:, 0] + part * (lines[:, -1] - lines[:, 0])
+        found.append((at[inside], pixels[inside], across[inside]))
     return Edges(*(np.concatenate(each) for each in zip(*found, strict=True)))
 
 
@@ -323,31 +318,23 @@ def _sights(picture: Floats, camera: Camera, half: Floats, height: float, pocket
     parts = np.array(at)
     places = sight_places(parts, camera.half, SIGHT_AWAY, height + SIGHT_UP)
     fine = np.linspace(-SIGHT_REACH, SIGHT_REACH, 51)
-    grid = np.stack(np.meshgrid(fine, fine), axis=-1)
-    seen, offsets = [], []
-    for part, place in zip(parts, places, strict=True):
-        lift = np.full((*grid.shape[:2], 1), place[2])
-        pixels = camera.project(np.concatenate([place[:2] + grid, lift], axis=-1))
-        if (pixels < 1.0).any() or (pixels > np.array(camera.size) - 2.0).any():
-            continue
-        patch = _sampled(picture, pixels)
-        apart = np.linalg.norm(patch - np.median(patch, axis=(0, 1)), axis=-1)
-        row, column = np.unravel_index(apart.argmax(), apart.shape)
-        far = np.hypot(grid[..., 0] - fine[column], grid[..., 1] - fine[row])
-        dot = np.where(far < 0.012, np.maximum(apart - 0.4 * apart.max(), 0.0), 0.0)
-        ring = apart[(far > 0.012) & (far < 0.016)]
-        if apart.max() < 20.0 or (len(ring) and np.median(ring) > 0.4 * apart.max()):
-            continue
-        offset = (dot[..., np.newaxis] * grid).sum(axis=(0, 1)) / dot.sum()
-        seen.append((part, offset, place))
-        outwards = np.where(np.abs(part) == 1.0, part, 0.0)
-        offsets.append((offset @ outwards, np.abs(offset[outwards == 0.0]).sum()))
-    if len(seen) < LEAST_SIGHTS:
+    grid = np.insert(np.stack(np.meshgrid(fine, fine), axis=-1).reshape(-1, 2), 2, 0.0, axis=1)
+    pixels = camera.project(places[:, np.newaxis] + grid)
+    inside = ((pixels > 1.0) & (pixels < np.array(camera.size) - 2.0)).all(axis=(1, 2))
+    if inside.sum() < LEAST_SIGHTS:
         return NO_SIGHTS
-    away = np.array(offsets)
-    good = (np.abs(away[:, 0] - np.median(away[:, 0])) < 0.006) & (away[:, 1] < 0.008)
-    kept = [each for each, fits in zip(seen, good, strict=True) if fits]
-    if len(kept) < LEAST_SIGHTS:
+    parts, places, patch = parts[inside], places[inside], _sampled(picture, pixels[inside])
+    apart = np.linalg.norm(patch - np.median(patch, axis=1, keepdims=True), axis=-1)
+    top = apart.max(axis=1, keepdims=True)
+    far = cdist(grid[apart.argmax(axis=1)], grid)
+    dots = np.where(far < 0.012, np.maximum(apart - 0.4 * top, 1e-9), 0.0)
+    rings = np.where((far > 0.012) & (far < 0.016), apart, np.nan)
+    offsets = dots @ grid / dots.sum(axis=1, keepdims=True)
+    outwards = (offsets[:, :2] * parts)[np.abs(parts) == 1.0]
+    sideways = np.abs(offsets[:, :2][np.abs(parts) < 1.0])
+    good = (top.ravel() > 20.0) & (np.nanmedian(rings, axis=1) < 0.4 * top.ravel())
+    usual = np.median(outwards[good]) if good.any() else 0.0
+    good &= (np.abs(outwards - usual) < 0.006) & (sideways < 0.008)
+    if good.sum() < LEAST_SIGHTS:
         return NO_SIGHTS
-    there = np.array([(*(place[:2] + offset), place[2]) for _, offset, place in kept])
-    return Sights(np.array([part for part, _, _ in kept]), camera.project(there))
+    return Sights(parts[good], camera.project((places + offsets)[good]))

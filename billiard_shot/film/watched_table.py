@@ -21,7 +21,6 @@ from billiard_shot.film.reading import Steady
 from billiard_shot.film.table_in_picture import find_table
 from billiard_shot.film.tracks import Tracker
 from billiard_shot.scene import Scene
-from billiard_shot.table.run.outline import outline_of
 
 MEMORY = 2.0
 """Time for which sights of balls are kept [s]."""
@@ -92,10 +91,9 @@ class WatchedTable:
         self.table = find_table(middle, scene, corners)
         if turned:
             self.table = replace(self.table, camera=self.table.camera.turned)
-        self._height, self._radius = outline_of(scene).height, scene.ball.radius
-        self._names, self.tracker = names, Tracker(self._radius)
-        self.cloth = fit_cloth(middle, self.table.camera, self._height)
-        self._finder = BallFinder(self.table.camera, self.cloth, self._radius)
+        self._names, self.tracker = names, Tracker(self.table.radius)
+        self.cloth = fit_cloth(middle, self.table.camera, self.table.height)
+        self._finder = BallFinder(self.table.camera, self.cloth, self.table.radius)
         self._steady = Steady(middle, self.cloth.bed)
 
     @property
@@ -128,5 +126,4 @@ class WatchedTable:
 
     def outlined(self, picture: Bytes, balls: Sequence[FoundBall]) -> Bytes:
         """Return a picture with the outlines and names of balls."""
-        places = {ball.name: ball.place for ball in balls}
-        return outlined(picture, self.table, self._height, self._radius, places)
+        return outlined(picture, self.table, {ball.name: ball.place for ball in balls})

@@ -210,7 +210,7 @@ class TableCamera(LifecycleNode):
             self._warn(self._problem)
             return
         self._watched, self._problem = ended.result(), ''
-        self.get_logger().info(f'found the table: {"; ".join(self._watched.table.notes)}')
+        self.get_logger().info(f'found the table: {self._watched.table.note}')
 
     def _is_still(self, picture: Any) -> bool:
         """Whether the camera stands where it found the table."""
