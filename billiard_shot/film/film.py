@@ -182,9 +182,9 @@ def _scatter(sights: Seen) -> float:
 def exchanged(tracker: Tracker) -> list[str]:
     """Say which balls may have been exchanged, and when that was first."""
     found: dict[tuple[str, ...], float] = {}
-    for at, *paths in tracker.unsure:
-        if len(names := sorted({path.name for path in paths} - {''})) == 2:
-            found.setdefault(tuple(names), at)
+    for (one, other), at in tracker.unsure.items():
+        if one.name and other.name and one.name != other.name:
+            found.setdefault(tuple(sorted([one.name, other.name])), at)
     return [
         f'{one!r} and {other!r} may have been exchanged at {at:.2f} s'
         for (one, other), at in found.items()
@@ -208,20 +208,16 @@ def find_shots(balls: Mapping[str, Seen], times: Floats) -> tuple[list[Shot], li
         Which motions are no shots, and why.
 
     """
-    moving, notes, shots = np.zeros(len(times), bool), [], []
+    notes, shots = [], []
+    moving, hidden = np.zeros((2, len(times)), bool)
     for each in balls.values():
-        moving |= _moving(each, times)
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], moving, [False]]).astype(int)))
-    spans: list[list[float]] = []
-    for first, last in edges.reshape(-1, 2):
-        begin, end = float(times[first]), float(times[last - 1])
-        last_end = spans[-1][1] if spans else -np.inf
-        if begin - last_end < REST or any(
-            _moves_hidden(each, last_end, begin) for each in balls.values()
-        ):
-            spans[-1][1] = end
-        else:
-            spans.append([begin, end])
+        moves, unseen = _moving(each, times)
+        moving |= moves & (unseen < 3.0 * WINDOW)
+        hidden |= moves & (unseen < HIDDEN)
+    at, rests = np.flatnonzero(moving), np.cumsum(~(moving | hidden))
+    parted = (np.diff(times[at]) >= REST) & (np.diff(rests[at]) > 0)
+    parts = np.split(times[at], 1 + np.flatnonzero(parted))
+    spans = [(float(part[0]), float(part[-1])) for part in parts if len(part)]
     for k, (begin, end) in enumerate(spans):
         ways = {name: _way(each, begin, end) for name, each in balls.items()}
         if max(ways.values(), default=0.0) < LEAST_WAY:
@@ -241,26 +237,14 @@ def find_shots(balls: Mapping[str, Seen], times: Floats) -> tuple[list[Shot], li
     return shots, notes
 
 
-def _moving(sights: Seen, times: Floats) -> NDArray[np.bool_]:
-    """Return at which times a ball moves."""
+def _moving(sights: Seen, times: Floats) -> tuple[NDArray[np.bool_], Floats]:
+    """Return at which times a ball moves, and between sights that are how far apart [s]."""
     known, sigma = sights['time'], sights['sigma']
-    before = np.clip(np.searchsorted(known, times - 0.5 * WINDOW), 0, len(known) - 1)
-    after = np.clip(np.searchsorted(known, times + 0.5 * WINDOW), 0, len(known) - 1)
+    before = np.maximum(np.searchsorted(known, times - 0.5 * WINDOW, 'right') - 1, 0)
+    after = np.minimum(np.searchsorted(known, times + 0.5 * WINDOW), len(known) - 1)
     away = np.linalg.norm(sights['place'][after] - sights['place'][before], axis=1)
-    limit = np.maximum(MOVED, DEVIATIONS * np.hypot(sigma[before], sigma[after]))
-    seen = np.abs(known[after] - times) + np.abs(times - known[before]) < 3.0 * WINDOW
-    moves: NDArray[np.bool_] = (away > limit) & seen
-    return moves
-
-
-def _moves_hidden(rows: Seen, end: float, begin: float) -> bool:
-    """Return whether a ball is hidden between two motions, and elsewhere after it."""
-    k = int(np.searchsorted(rows['time'], 0.5 * (end + begin)))  # 0 if end is -inf
-    if not 0 < k < len(rows):
-        return False
-    before, after = rows[k - 1], rows[k]
-    away = float(np.linalg.norm(after['place'] - before['place']))
-    return bool(away > MOVED and REST < after['time'] - before['time'] < HIDDEN)
+    moves = away > np.maximum(MOVED, DEVIATIONS * np.hypot(sigma[before], sigma[after]))
+    return moves, known[after] - known[before]
 
 
 def _way(rows: Seen, begin: float, end: float) -> float:
@@ -271,31 +255,23 @@ def _way(rows: Seen, begin: float, end: float) -> float:
 
 def _strike(rows: Seen, begin: float) -> float:
     """Return when a ball began to move [s], from its rest and from its first way."""
-    rest = rows[(rows['time'] > begin - 2.0 * WINDOW) & (rows['time'] < begin - 0.1 * WINDOW)]
-    rest = rest if len(rest) > 2 else rows[rows['time'] <= begin][-3:]
+    rest = rows[rows['time'] <= begin][-LEAST_SEEN:]
     if not len(rest):
         return float(rows['time'][0])
-    place = np.median(rest['place'], axis=0)
-    away = np.linalg.norm(rows['place'] - place, axis=1)
+    away = np.linalg.norm(rows['place'] - np.median(rest['place'], axis=0), axis=1)
     limit = np.maximum(MOVED, DEVIATIONS * rows['sigma'])
     later = np.flatnonzero((rows['time'] > begin - 0.5 * WINDOW) & (away > limit))
     if not len(later):
         return np.inf
-    first = later[0]
-    launch = first + np.flatnonzero(rows['time'][first:] < rows['time'][first] + LAUNCH)
-    best = float(rows['time'][first])
-    for count in range(len(launch), 1, -1):
-        some = launch[:count]
-        time = rows['time'][some] - rows['time'][first]
-        fit = np.polyfit(time, away[some], 2 if count > 4 else 1)
-        off = np.abs(np.polyval(fit, time) - away[some]).max()
-        if off < 3.0 * float(np.median(rows['sigma'][some])) or count == 2:
-            roots = np.roots(fit)
-            near = roots[np.abs(roots.imag) < 1e-9].real
-            near = near[(near < 1e-3) & (near > -2.0 * WINDOW)]
-            best += float(near.max()) if len(near) else 0.0
-            break
-    return best
+    rows, away = rows[later[0] :], away[later[0] :]
+    first = rows['time'][0]
+    for count in range(np.count_nonzero(rows['time'] < first + LAUNCH), 1, -1):
+        since, way = rows['time'][:count] - first, away[:count]
+        fit = np.polyfit(way, since, 2 if count > 4 else 1)  # the strike is where the way is 0
+        late = np.abs(np.polyval(fit, way) - since).max()
+        if late * way[-1] < 3.0 * np.median(rows['sigma'][:count]) * since[-1] or count == 2:
+            return float(first + (fit[-1] if -2.0 * WINDOW < fit[-1] < 0.0 else 0.0))
+    return float(first)
 
 
 def _recorded(

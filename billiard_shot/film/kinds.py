@@ -24,8 +24,12 @@ STRIPED, WHITE = 0.4, 80.0
 SIDE = 20.0
 """What it costs that a striped ball looks as white as the cue ball [units of L*a*b*]."""
 
-MOST_APART = 60.0
-"""Colours that differ more are those of other balls [units of L*a*b*]."""
+FARTHEST, ALIKE = 120.0, 60.0
+"""
+What differs more from the stated look of a ball, and from its first track, is another one.
+
+The first is larger, as it holds a share of white, and the light of the room [units of L*a*b*].
+"""
 
 MOST_COMMON = 0.5
 """Two tracks of one ball have less of the shorter one's time in common."""
@@ -42,43 +46,40 @@ def _stated(name: str) -> Floats:
     return np.array([int(code[k : k + 2], 16) for k in (1, 3, 5)], float)
 
 
-def _scale(colours: Floats) -> float:
-    """Return what makes the white of balls (n, 3) that of the stated colours."""
-    return BRIGHTEST / max(float(colours.max(initial=0.0)), LEAST_WHITE)
+def _looks(paths: Sequence[Path]) -> tuple[Floats, Floats]:
+    """Return colours (n, 3) of L*a*b* of tracks, and their shares of white (n,)."""
+    sights = [path.sights for path in paths]
+    colours = np.array([np.median(each['colour'], axis=0) for each in sights]).reshape(-1, 3)
+    colours *= BRIGHTEST / max(float(colours.max(initial=0.0)), LEAST_WHITE)
+    return _lab(colours), np.array([each['white'].mean() for each in sights])
 
 
-def _apart(seen: Floats, shares: Floats, names: Sequence[str]) -> Floats:
-    """Return how far colours (n, 3) of L*a*b* with shares of white (n,) are from balls."""
-    known = _lab(np.array([_stated(name) for name in (*names, CUE_BALL)]))
-    *each, white = np.linalg.norm(seen[:, np.newaxis] - known, axis=-1).T
-    apart: Floats = np.transpose(each)
-    is_striped_ball = np.array([is_striped(name) for name in names])
-    is_white = np.array([name in (CUE_BALL, 'white') for name in names])
-    # a ball whose white side is up shows little of its stripe
-    side = np.minimum(apart, white[:, np.newaxis] + SIDE)
-    side += WHITE * np.maximum(STRIPED - shares, 0.0)[:, np.newaxis]
-    plain = apart + WHITE * np.abs(shares[:, np.newaxis] - is_white)
-    return np.where(is_striped_ball, side, plain)
-
-
-def likely_names(paths: Sequence[Path], names: Sequence[str]) -> list[tuple[int, str, float]]:
+def likely_names(paths: Sequence[Path], names: Sequence[str]) -> list[tuple[Path, str, float]]:
     """
-    Give tracks of the last pictures the names of balls, as far as they have their colours.
+    Give tracks the names of balls whose colours and white they have.
 
     Returns
     -------
-    found : list of (int, str, float)
-        Index of the track, name, and how like they are, from 1 to 0; no name twice.
+    found : list of (Path, str, float)
+        Tracks, names, and how like they are, from 1 to 0; no name twice.
 
     """
     if not paths:
         return []
-    colours = np.array([path.colour for path in paths])
-    shares = np.array([np.mean([sight['white'] for sight in path.seen]) for path in paths])
-    apart = _apart(_lab(_scale(colours) * colours), shares, names)
+    colours, shares = _looks(paths)
+    known = _lab(np.array([_stated(name) for name in (*names, CUE_BALL)]))
+    away = np.linalg.norm(colours[:, np.newaxis] - known, axis=-1)
+    apart, white, share = away[:, :-1], away[:, -1:], shares[:, np.newaxis]
+    is_white = np.array([name in (CUE_BALL, 'white') for name in names])
+    # a ball whose white side is up shows little of its stripe
+    side = np.minimum(apart, white + SIDE) + WHITE * np.maximum(STRIPED - share, 0.0)
+    plain = apart + WHITE * np.abs(share - is_white)
+    apart = np.where([is_striped(name) for name in names], side, plain)
     rows, columns = linear_sum_assignment(apart)
-    likeness = np.maximum(1.0 - apart / (2.0 * MOST_APART), 0.0)
-    return [(i, names[k], float(likeness[i, k])) for i, k in zip(rows, columns, strict=True)]
+    likeness = np.maximum(1.0 - apart / FARTHEST, 0.0)
+    return [
+        (paths[i], names[k], float(likeness[i, k])) for i, k in zip(rows, columns, strict=True)
+    ]
 
 
 def named(paths: Sequence[Path], names: Sequence[str]) -> tuple[dict[str, Seen], list[str]]:
@@ -103,31 +104,25 @@ def named(paths: Sequence[Path], names: Sequence[str]) -> tuple[dict[str, Seen],
         Tracks that are no ball of the scene, and times that do not count, and why.
 
     """
-    if not paths:
-        return {}, []
     order = sorted(paths, key=lambda path: -len(path.seen))
-    sights = [path.sights for path in order]
-    colours = np.array([np.median(each['colour'], axis=0) for each in sights])
-    shares = np.array([each['white'].mean() for each in sights])
-    first = min(len(names), len(order))
-    notes: list[str] = []
-    colours = _lab(_scale(colours[:first]) * colours)
-    apart = _apart(colours, shares, names)
-    apart[first:] = np.inf
-    rows, columns = linear_sum_assignment(apart[:first])
-    parts: dict[str, list[Seen]] = {}
-    for i, k in zip(rows, columns, strict=True):
-        if apart[i, k] < 2.0 * MOST_APART:
-            order[i].name, parts[names[k]] = names[k], [sights[i]]
-            apart[first:, k] = np.linalg.norm(colours[first:] - colours[i], axis=1)
-    for i, path in enumerate(order):
-        for k in np.argsort(apart[i]) if i >= first else ():
-            fits = apart[i, k] < MOST_APART and not path.name
-            if fits and all(_follow(sights[i], each) for each in parts[names[k]]):
-                path.name = names[k]
-                parts[path.name].append(sights[i])
-        if not path.name:
-            notes.append(described(path, 'its colour is that of no ball that is missing then'))
+    parts: dict[str, list[Path]] = {}
+    for path, name, likeness in likely_names(order[: len(names)], names):
+        if likeness > 0.0:
+            path.name, parts[name] = name, [path]
+    colours = dict(zip(order, _looks(order)[0], strict=True))
+    for path in order[len(names) :]:
+        away = {
+            name: np.linalg.norm(colours[path] - colours[own[0]]) for name, own in parts.items()
+        }
+        for name in sorted(parts, key=lambda name: away[name]):
+            if away[name] < ALIKE and all(
+                _follow(path.sights, each.sights) for each in parts[name]
+            ):
+                path.name = name
+                parts[name].append(path)
+                break
+    why = 'its colour is that of no ball that is missing then'
+    notes = [described(path, why) for path in order if not path.name]
     return {name: _joined(name, each, notes) for name, each in parts.items()}, notes
 
 
@@ -144,11 +139,10 @@ def _follow(one: Seen, other: Seen) -> bool:
     return bool(both < MOST_COMMON * min(np.ptp(times), np.ptp(others)))
 
 
-def _joined(name: str, parts: list[Seen], notes: list[str]) -> Seen:
+def _joined(name: str, paths: list[Path], notes: list[str]) -> Seen:
     """Join the tracks of a ball; note the times that do not count."""
-    parts = sorted(parts, key=lambda each: float(each['time'][0]))
-    joined = parts[0]
-    for part in parts[1:]:
+    joined, *parts = sorted((path.sights for path in paths), key=lambda each: each['time'][0])
+    for part in parts:
         begin, end = part['time'][0], joined['time'][-1]
         if begin <= end:
             notes.append(f'{name!r} does not count from {begin:.2f} to {end:.2f} s: seen twice')

@@ -7,6 +7,7 @@ its track, and is looked for in a circle that grows.
 """
 
 from dataclasses import dataclass, field
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -34,7 +35,7 @@ MOST_FAR = 30.0
 """Largest part of a cost that a distance can have."""
 
 UNSURE = 3.0
-"""If exchanging two near balls costs less more than this, they may have been exchanged."""
+"""Two balls may have been exchanged if that costs less more than this."""
 
 LEAST_SEEN = 8
 """Fewer sights are no ball."""
@@ -99,23 +100,17 @@ class Tracker:
     """
     Tracks balls from picture to picture.
 
-    Parameters
-    ----------
-    radius : float
-        Of the balls [m].
-
     Attributes
     ----------
     paths : list of Path
-    unsure : list of (float, Path, Path)
-        When two balls may have been exchanged.
+    unsure : dict of (Path, Path) to float
+        When two balls may have been exchanged first [s].
 
     """
 
-    def __init__(self, radius: float) -> None:
+    def __init__(self) -> None:
         self.paths: list[Path] = []
-        self.unsure: list[tuple[float, Path, Path]] = []
-        self._radius = radius
+        self.unsure: dict[tuple[Path, Path], float] = {}
 
     def expected(self, time: float) -> Floats:
         """Return where balls are expected (n, 2) [m]."""
@@ -135,7 +130,9 @@ class Tracker:
         costs = self._costs(paths, seen, time)
         rows, columns = linear_sum_assignment(np.minimum(costs, 1e6))
         matched = [(i, k) for i, k in zip(rows, columns, strict=True) if np.isfinite(costs[i, k])]
-        self._doubt(paths, seen, time, costs, matched)
+        for (i, k), (j, m) in combinations(matched, 2):
+            if costs[i, m] + costs[j, k] - costs[i, k] - costs[j, m] < UNSURE:
+                self.unsure.setdefault((paths[i], paths[j]), time)
         for i, k in matched:
             paths[i].add(seen[k])
         for k in set(range(len(seen))) - {k for _, k in matched}:
@@ -167,20 +164,3 @@ class Tracker:
         costs: Floats = np.minimum(far**2, MOST_FAR) + 2.0 * other**2 + 20.0 * off
         costs[(way > reach) | (other > MOST_COLOURS)] = np.inf
         return costs
-
-    def _doubt(
-        self,
-        paths: list[Path],
-        seen: Seen,
-        time: float,
-        costs: Floats,
-        matched: list[tuple[int, int]],
-    ) -> None:
-        """Note near balls in motion that could as well be exchanged."""
-        for n, (i, k) in enumerate(matched):
-            for j, m in matched[:n]:
-                if np.linalg.norm(seen['place'][k] - seen['place'][m]) > 6.0 * self._radius:
-                    continue
-                more = costs[i, m] + costs[j, k] - costs[i, k] - costs[j, m]
-                if more < UNSURE:
-                    self.unsure.append((time, paths[i], paths[j]))

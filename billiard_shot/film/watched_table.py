@@ -91,7 +91,7 @@ class WatchedTable:
         self.table = find_table(middle, scene, corners)
         if turned:
             self.table = replace(self.table, camera=self.table.camera.turned)
-        self._names, self.tracker = names, Tracker(self.table.radius)
+        self._names, self.tracker = names, Tracker()
         self.cloth = fit_cloth(middle, self.table.camera, self.table.height)
         self._finder = BallFinder(self.table.camera, self.cloth, self.table.radius)
         self._steady = Steady(middle, self.cloth.bed)
@@ -114,11 +114,10 @@ class WatchedTable:
         self.see(picture, time)
         self.tracker.forget(time - MEMORY)
         paths = [path for path in self.tracker.paths if path.seen[-1]['time'] == time]
-        found = []
-        for i, name, likeness in likely_names(paths, self._names):
-            last = paths[i].seen[-1]
-            found.append(FoundBall(name, likeness, last['place'], float(last['sigma'])))
-        return found
+        return [
+            FoundBall(name, likeness, path.seen[-1]['place'], float(path.seen[-1]['sigma']))
+            for path, name, likeness in likely_names(paths, self._names)
+        ]
 
     def move(self, picture: Bytes) -> float:
         """Return how far the camera has moved [px]: inf if its marks are hidden, 0 without any."""

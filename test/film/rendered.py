@@ -6,8 +6,7 @@ rails with sights, and balls. The background is cast once, ray by ray; balls and
 cast for each picture, over the exposure, each row at its own time. Light is linear until the end.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import lru_cache
 import math
@@ -89,7 +88,6 @@ class Filming:
     shake: float = 0.0  # px, of a hand
     hand: bool = True
     lamps: tuple = LAMPS
-    colours: Mapping = field(default_factory=dict)  # of balls, instead of theirs
 
 
 def dot(one, other):
@@ -305,7 +303,7 @@ class Painter:
         nearest[hit] = far[hit]
         ray, far, place = ray[hit], far[hit], np.broadcast_to(place, ray.shape)[hit]
         normal = (eye + ray * far[:, np.newaxis] - place) / radius
-        paint = np.tile(_linear(self.filming.colours.get(name, ball_colour(name))), (len(far), 1))
+        paint = np.tile(_linear(ball_colour(name)), (len(far), 1))
         if is_striped(name) and len(far):
             turned = self._axes[name] / np.linalg.norm(self._axes[name])
             spin = place[0].sum() / radius  # some turn that follows the way
@@ -341,7 +339,7 @@ def _linear(code):
     return (np.array([int(code[k : k + 2], 16) for k in (1, 3, 5)]) / 255.0) ** GAMMA
 
 
-def write_film(path, painter, times, codec='libx264', options=None):
+def write_film(path, painter, times, codec='libx264'):
     """Write a film; times [s] may be at any rate."""
     filming = painter.filming
     with av.open(str(path), 'w') as out:
@@ -349,7 +347,7 @@ def write_film(path, painter, times, codec='libx264', options=None):
         stream.width, stream.height = filming.view.size
         stream.pix_fmt, stream.bit_rate = 'yuv420p', filming.bit_rate
         stream.time_base = stream.codec_context.time_base = Fraction(1, 90000)
-        stream.options = {'preset': 'veryfast', **(options or {})}
+        stream.options = {'preset': 'veryfast'}
         for time in times:
             frame = av.VideoFrame.from_ndarray(painter.at(time), 'rgb24')
             frame.pts, frame.time_base = round(time * 90000), Fraction(1, 90000)
@@ -357,11 +355,11 @@ def write_film(path, painter, times, codec='libx264', options=None):
         out.mux(stream.encode())
 
 
-def filmed(path, scene, filming, shots=1, seed=1, begin=0.0, end=None, **how):
+def filmed(path, scene, filming, shots=1, seed=1, **how):
     """Write a film of shots, and return their motion."""
     scene = Scene.load(scene) if isinstance(scene, str) else scene
     motion = Motion(scene, shots, seed, **how)
-    times = np.arange(begin, min(end or motion.end, motion.end), 1.0 / filming.rate)
+    times = np.arange(0.0, motion.end, 1.0 / filming.rate)
     write_film(path, Painter(scene, motion, filming), times)
     return motion
 

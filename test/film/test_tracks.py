@@ -49,7 +49,7 @@ def seen(places, colours, draw):
 
 def tracked(ways, colours, times, hidden=(), readout=0.0):
     """Track balls whose ways are functions of time."""
-    tracker, draw = Tracker(RADIUS), np.random.default_rng(3)
+    tracker, draw = Tracker(), np.random.default_rng(3)
     for time in times:
         there = [k for k in range(len(ways)) if not any(
             ball == k and begin < time < end for ball, begin, end in hidden
@@ -82,12 +82,6 @@ def test_a_hidden_ball_keeps_its_track():
     assert len(tracker.paths) == 2
     for path in tracker.paths:
         np.testing.assert_allclose(np.ptp(path.sights['place'][:, 1]), 0.0, atol=2e-3)
-
-
-def test_balls_that_cannot_be_told_apart_are_doubted():
-    ways = [lambda t: (-0.5 + 2.0 * t, 0.0), lambda t: (0.5 - 2.0 * t, 0.001)]
-    tracker = tracked(ways, [WHITE, WHITE], np.arange(0.0, 0.5, 1 / RATE))
-    assert tracker.unsure
 
 
 def sights_of(way, colour, times):
