@@ -1,16 +1,13 @@
 """`calibrate`: the numbers of a scene that recorded shots decide."""
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
 from functools import partial
-from itertools import count
 import math
-from typing import Any, NamedTuple
 
 import numpy as np
 
-from billiard_shot.calibration.estimate import Estimate
 from billiard_shot.calibration.fit import (
     at_bounds,
     BETTER,
@@ -22,11 +19,17 @@ from billiard_shot.calibration.fit import (
     followed,
     JointFit,
     Launch,
+    LEAST_SHOTS,
     MapFunction,
+    Progress,
     rescaled,
+    ROUNDS,
     searched,
+    settled,
     sought_in,
+    STEPS,
     whole,
+    Work,
 )
 from billiard_shot.calibration.launch import (
     calibration_model,
@@ -43,18 +46,16 @@ from billiard_shot.calibration.recording import (
     Samples,
     usable_shots,
 )
-from billiard_shot.calibration.result import Calibration, Check, searched_check
+from billiard_shot.calibration.result import Calibration, Check, Estimate, searched_check
 from billiard_shot.calibration.simulator import (
-    recording_of,
-    SHOTS,
-    Simulator,
-    without_obstacles,
-)
-from billiard_shot.calibration.simulator_fit import (
     fit_to_simulator,
     MOST_STEPS,
     RATIO,
+    recording_of,
+    SHOTS,
+    Simulator,
     SimulatorFit,
+    without_obstacles,
 )
 from billiard_shot.scene import fields, Noise, Scene, SceneLike
 from billiard_shot.scene.errors import refused
@@ -68,22 +69,6 @@ FAR = 10.0
 
 WITNESSES = 8
 """Number of shots that tell whether numbers elsewhere are better."""
-
-FEW_STEPS, STEPS = 4, 10
-"""Most steps of the common numbers at a horizon, and at the last one."""
-
-ROUNDS = 8
-"""How often launches are searched at the last horizon, and common numbers fitted, at most."""
-
-SETTLED = 0.25
-"""
-A fit has settled if launches that are searched anew, all over, move each common number by less
-than this part of its standard deviation, and the next step would not either. It has converged if
-then numbers elsewhere are not better.
-"""
-
-LEAST_SHOTS = 5
-"""Number of shots that a fit needs."""
 
 BEGINNING, MODEL_SIGMA, UNEXPLAINED = 0.5, 8e-3, 6.0
 """
@@ -100,14 +85,6 @@ GAIN, LOSS = 0.95, 1.25
 Median ratios of the errors of shots held out, now to before: a fit that changes the scene must be
 below the first one, and one that confirms it below the second one.
 """
-
-
-class Progress(NamedTuple):
-    """The step that is being done, and the part of all steps that is done."""
-
-    text: str
-    done: int
-    total: int
 
 
 def calibrate(
@@ -136,7 +113,7 @@ def calibrate(
     recordings : Recording, str, Path, or sequence of these; or Simulator
         Recordings of one table, or their files, see `read_recording`. Or a simulator, which is
         asked for shots, see `recording_of`, and with which models are compared, see
-        simulator_fit.py.
+        simulator.py.
     scene : Scene, str or Path, optional
         With which the fit begins; by default the one that the first recording names.
     names : sequence of str, optional
@@ -194,16 +171,24 @@ def calibrate(
     mapped: MapFunction = map if executor is None else executor.map
     if exact is not None:
         wanted = [each.name for each in sought] + ([RATIO] if names is None else [])
-        says = _steps_of(progress)
-        steps = SimulatorFit(read[0], wanted, used, tested, horizons, mapped, says)
-        result = fit_to_simulator(steps, exact, scene.noise)
+        work = Work(mapped, progress, MOST_STEPS)
+        task = SimulatorFit(read[0], wanted, used, tested, horizons, work)
+        result = fit_to_simulator(task, exact, scene.noise)
         return replace(result, ignored=tuple(ignored))
     stages = len(horizons) + ROUNDS
-    work = _Work(mapped, progress, stages * len(used) + 2 * len(tested))
+    work = Work(mapped, progress, stages * len(used) + 2 * len(tested))
     model = calibration_model(scene, read)
     launches = [Launch(each, prior_of(each)[0]) for each in used]
     begin = FitProblem(model, sought, horizons[0], mapped)
-    found, doubts = _fitted(begin, launches, horizons, seed, work)
+    found, doubts = settled(
+        begin,
+        begin.start,
+        launches,
+        horizons,
+        seed=seed,
+        work=work,
+        elsewhere=partial(looked_elsewhere, work),
+    )
     work.reach(stages * len(used))
     found = decided(found, STEPS, work.say_error)
     fitted = found.problem.model_at(found.values)
@@ -228,17 +213,6 @@ def calibrate(
     )
 
 
-def _steps_of(progress: Callable[[Progress], object] | None) -> Callable[[str], object]:
-    """Return what counts the steps of a fit to a simulator."""
-    numbers = count()
-
-    def say(text: str) -> None:
-        if progress is not None:
-            progress(Progress(text, next(numbers), MOST_STEPS))
-
-    return say
-
-
 def _named_scene(recordings: Sequence[Recording]) -> Scene:
     """Load the scene that a recording names; ValueError if none does."""
     for each in recordings:
@@ -258,59 +232,8 @@ def _horizons(last: float) -> list[float]:
     return horizons
 
 
-def _fitted(
-    problem: FitProblem,
-    launches: Sequence[Launch],
-    horizons: Sequence[float],
-    seed: int,
-    work: '_Work',
-) -> tuple[JointFit, list[str]]:
-    """
-    Fit with all horizons in turn, with the last one until the numbers stay.
-
-    Returns also why the numbers do not stay; nothing if they do.
-    """
-    values, scales, elsewhere = np.clip(problem.start, *problem.bounds), FIRST_SCALES, False
-    last = len(horizons) - 1
-    for stage in range(len(horizons) + ROUNDS):
-        again = stage > last
-        # Later, the same samples count in the same way.
-        adapts = stage <= last + 1 or elsewhere
-        problem = problem._replace(horizon=horizons[min(stage, last)])
-        work.text = f'first {problem.horizon:g} s'
-        begun = launches if again and not elsewhere else whole(launches)
-        ticking = problem._replace(mapped=work.ticking)
-        moved = searched(ticking, values, begun, scales, (seed, stage), adapts)
-        if len(moved) < LEAST_SHOTS:
-            raise ValueError(
-                f'recordings must have at least {LEAST_SHOTS} shots that the scene can simulate, '
-                f'got {len(moved)} of {len(launches)}: are their places in m, in the frame of the '
-                'table?'
-            )
-        found = followed(problem, values, moved, scales)
-        found = rescaled(found) if adapts else found
-        found = fit(found, STEPS if stage >= last else FEW_STEPS, work.say_error)
-        change = np.abs(found.values - values) / found.deviations
-        better = None
-        if again and max(change.max(initial=0.0), found.next_step()[1]) < SETTLED:
-            better, doubts = looked_elsewhere(found, (seed, stage), work)
-            if better is None:
-                return found, doubts
-        known = {each.samples.key: each.numbers for each in begun}
-        restless = [
-            each.samples.name
-            for each in moved
-            if not np.array_equal(each.numbers, known[each.samples.key])
-        ]
-        elsewhere = better is not None
-        values = found.values if better is None else better
-        scales, launches = found.scales, found.launches
-    shots = f'unsettled: shots {", ".join(restless)}'
-    return found, [shots if restless else 'unsettled: the numbers still move']
-
-
 def looked_elsewhere(
-    found: JointFit, seed: Sequence[int], work: '_Work'
+    work: Work, found: JointFit, seed: Sequence[int]
 ) -> tuple[Floats | None, list[str]]:
     """
     Return numbers elsewhere that fit some of the shots better; None if there are none.
@@ -364,10 +287,10 @@ def unexplained(found: JointFit) -> list[str]:
 
 
 def _checked(
-    model: CalibrationModel, tested: Sequence[Samples], seed: int, work: '_Work'
+    model: CalibrationModel, tested: Sequence[Samples], seed: int, work: Work
 ) -> tuple[Check, ...]:
     """Predict shots that were not fitted; leave out those without any launch."""
-    work.text = 'shots held out'
+    work.begin('shots held out')
     items = [(each, (seed, number)) for number, each in enumerate(tested)]
     found = work.ticking(partial(searched_check, model, np.inf), items)
     return tuple(each for each in found if each is not None)
@@ -402,33 +325,3 @@ def no_gain(
 def _tracking(shot: Check) -> float:
     """Return an error of a shot that those of the tracker explain, twice their mean [m]."""
     return 2.0 * math.sqrt(2.0) * float(np.median(shot.samples.sigma))
-
-
-class _Work:
-    """Does the work of a calibration, and tells how much of it is done."""
-
-    def __init__(
-        self, mapped: MapFunction, progress: Callable[[Progress], object] | None, total: int
-    ) -> None:
-        self.mapped, self.text = mapped, ''
-        self._progress, self._done, self._total = progress, 0, total
-
-    def ticking(self, work: Callable[[Any], Any], items: Iterable[Any]) -> Iterator[Any]:
-        """Do work for items; each of them counts."""
-        for each in self.mapped(work, items):
-            yield each
-            self._done += 1
-            self._say(self.text)
-
-    def say_error(self, error: float) -> None:
-        """Tell the median error of a fit [m]."""
-        self._say(f'{self.text}, median error {1e3 * error:.1f} mm')
-
-    def reach(self, done: int) -> None:
-        """Count the steps before this one as done: some were not needed."""
-        self._done = done
-        self._say(self.text)
-
-    def _say(self, text: str) -> None:
-        if self._progress is not None:
-            self._progress(Progress(text, self._done, self._total))

@@ -24,7 +24,6 @@ from scipy.optimize import lsq_linear
 from scipy.stats import norm
 from scipy.stats import t as student
 
-from billiard_shot.calibration.estimate import Estimate
 from billiard_shot.calibration.launch import (
     CalibrationModel,
     compare,
@@ -32,6 +31,7 @@ from billiard_shot.calibration.launch import (
     derivatives_of,
     ENOUGH,
     EXACT,
+    FIRST_SCALES,
     PLACES,
     refined,
     scales_of,
@@ -41,26 +41,9 @@ from billiard_shot.calibration.launch import (
     ways_of,
 )
 from billiard_shot.calibration.recording import Floats, Recording, Samples
+from billiard_shot.calibration.result import Estimate, USUAL_NAMES
 from billiard_shot.scene import Scene
 from billiard_shot.scene.scene import Parameter
-
-USUAL_NAMES = (
-    'cloth.sliding_friction',
-    'cloth.rolling_resistance',
-    'cloth.rolling_rise',
-    'cloth.spin_deceleration',
-    'contacts.ball_ball.restitution',
-    'contacts.ball_ball.friction_fast',
-    'contacts.ball_ball.friction_slow',
-    'table.cushion.restitution',
-    'table.cushion.friction',
-    'table.cushion.early_fading',
-    'table.cushion.fading',
-    'table.cushion.frequency_ratio',
-    'table.length',
-    'table.width',
-)
-"""Numbers that recordings of whole shots can decide; below `LEAST` they are not sought."""
 
 CUE_NAMES = 'contacts.cue_ball.restitution', 'cue.mass', 'cue.end_mass'
 """Numbers that shots can decide whose strokes were commanded."""
@@ -132,6 +115,22 @@ A fit ends if the next step is shorter than the first part of each standard devi
 Watts, Technometrics 23 (1981): what remains to be gained is small beside the errors), or if it
 would lower the cost by less than the second number: 1 is a standard deviation of an exact model.
 """
+
+FEW_STEPS, STEPS = 4, 10
+"""Most steps of the common numbers at a horizon, and at the last one."""
+
+ROUNDS = 8
+"""How often launches are searched at the last horizon, and common numbers fitted, at most."""
+
+SETTLED = 0.25
+"""
+A fit has settled if launches that are searched anew, all over, move each common number by less
+than this part of its standard deviation, and the next step would not either. It has converged if
+then numbers elsewhere are not better.
+"""
+
+LEAST_SHOTS = 5
+"""Number of shots that a fit needs."""
 
 LEVEL = 0.95
 """Part of the intervals that shall hold the truth."""
@@ -479,37 +478,36 @@ def search_fit(
     """
     Search the launch of a shot until a horizon, from a seed; None if none can be simulated.
 
-    Without stepped models, the path counts as long as before, see `even_until`, and the known
-    launch stays unless another one is clearly better.
+    With models that are stepped in pairs, the path counts until it bends, see `until_bent`.
+    Without them, it counts as long as before, and the known launch stays unless another one is
+    clearly better.
     """
     launch, seed = item
     known, samples = launch.numbers[np.newaxis], launch.samples
     if launch.known:
-        simulated = np.isfinite(ways_of(model, samples, known)).all()
-        return _cut(model, stepped, launch) if simulated else None
-    draw = np.random.default_rng(seed)
-    found = search_launches(model, samples, scales, horizon, draw, known)
-    tried = np.concatenate([known, found.launches[:1]])
-    best = refined(model, compare(samples, scales, horizon), tried, LAUNCH_STEPS, EXACT)
-    known_cost, cost = best.costs[[0, -1]].tolist()
-    if not min(known_cost, cost) < math.inf:
-        return None
-    if cost < known_cost - (0.0 if stepped else BETTER):
-        launch = Launch(samples, best.launches[-1], np.inf if stepped else launch.until)
-    return _cut(model, stepped, launch)
+        if not np.isfinite(ways_of(model, samples, known)).all():
+            return None
+    else:
+        draw = np.random.default_rng(seed)
+        found = search_launches(model, samples, scales, horizon, draw, known)
+        tried = np.concatenate([known, found.launches[:1]])
+        best = refined(model, compare(samples, scales, horizon), tried, LAUNCH_STEPS, EXACT)
+        known_cost, cost = best.costs[[0, -1]].tolist()
+        if not min(known_cost, cost) < math.inf:
+            return None
+        if cost < known_cost - (0.0 if stepped else BETTER):
+            launch = Launch(samples, best.launches[-1], np.inf if stepped else launch.until)
+    return until_bent(model, stepped, launch) if stepped else launch
 
 
-def _cut(model: CalibrationModel, stepped: Sequence[CalibrationModel], launch: Launch) -> Launch:
-    """Let the path of a launch count until it bends; without stepped models as long as before."""
-    if not stepped:
-        return launch
-    return replace(launch, until=np.minimum(launch.until, even_until(model, stepped, launch)))
-
-
-def even_until(
+def until_bent(
     model: CalibrationModel, stepped: Sequence[CalibrationModel], launch: Launch
-) -> Floats:
-    """Return until when each path (balls,) can be predicted [s]; models are stepped in pairs."""
+) -> Launch:
+    """
+    Let the path of each ball count while it can be predicted, and no longer than before.
+
+    Models are stepped in pairs, forward and back.
+    """
     samples, numbers = launch.samples, launch.numbers[np.newaxis]
     steps = steps_of(samples)
     # Errors of a commanded stroke have steps that are long already.
@@ -527,9 +525,9 @@ def even_until(
         bent = np.concatenate([one + other - 2.0 * here for one, other in pairs])
     bent[~np.isfinite(bent)] = 0.0  # a start nearby that cannot be simulated tells nothing
     uneven = np.linalg.norm(bent, axis=-1).max(axis=0) > MOST_BENT
-    until = np.full(len(samples.balls), np.inf)
+    until = np.broadcast_to(launch.until, len(samples.balls)).copy()
     np.minimum.at(until, samples.ball[uneven], np.nextafter(samples.time[uneven], 0.0))
-    return until
+    return replace(launch, until=until)
 
 
 def follow_launch(
@@ -689,6 +687,141 @@ def fit(
             break
         found = tried
     return found
+
+
+class Progress(NamedTuple):
+    """The step that is being done, and the part of all steps that is done."""
+
+    text: str
+    done: int
+    total: int
+
+
+class Work:
+    """Does the work of a calibration, and tells how much of it is done."""
+
+    def __init__(
+        self,
+        mapped: MapFunction,
+        progress: Callable[[Progress], object] | None = None,
+        total: int = 0,
+    ) -> None:
+        self.mapped, self.text = mapped, ''
+        self._progress, self._done, self._total = progress, 0, total
+
+    def ticking(self, work: Callable[[Any], Any], items: Iterable[Any]) -> Iterator[Any]:
+        """Do work for items; each of them counts."""
+        for each in self.mapped(work, items):
+            yield each
+            self._done += 1
+            self._say(self.text)
+
+    def begin(self, text: str, steps: int = 0) -> None:
+        """Tell what begins; it counts as a number of steps."""
+        self.text = text
+        self._say(text)
+        self._done += steps
+
+    def say_error(self, error: float) -> None:
+        """Tell the median error of a fit [m]."""
+        self._say(f'{self.text}, median error {1e3 * error:.1f} mm')
+
+    def reach(self, done: int) -> None:
+        """Count the steps before this one as done: some were not needed."""
+        self._done = done
+        self._say(self.text)
+
+    def _say(self, text: str) -> None:
+        if self._progress is not None:
+            self._progress(Progress(text, self._done, self._total))
+
+
+Elsewhere = Callable[[JointFit, Sequence[int]], tuple[Floats | None, list[str]]]
+
+
+def settled(
+    problem: FitProblem,
+    values: Floats,
+    launches: Sequence[Launch],
+    horizons: Sequence[float],
+    *,
+    seed: int = 0,
+    rounds: int = ROUNDS,
+    wide: Floats | None = None,
+    work: Work | None = None,
+    elsewhere: Elsewhere = lambda *_: (None, []),
+) -> tuple[JointFit, list[str]]:
+    """
+    Fit with all horizons in turn, with the last one until the numbers stay.
+
+    Parameters
+    ----------
+    problem : FitProblem
+        Its horizon does not count.
+    values : (common,) float array
+        With which the fit begins.
+    launches : sequence of Launch
+    horizons : sequence of float
+        Ascending [s].
+    seed : int
+        Of the searches of launches.
+    rounds : int
+        How often launches are searched at the last horizon, and common numbers fitted, at most.
+    wide : (knots,) float array, optional
+        Scales of errors [m] until the last horizon, which leave no sample out; by default scales
+        are those of the errors.
+    work : Work, optional
+        Is told what is done.
+    elsewhere : callable
+        Returns, for a fit whose numbers stay and a seed, numbers that are better, if there are
+        any, and doubts.
+
+    Returns
+    -------
+    JointFit
+    doubts : list of str
+        Why the numbers do not stay, or those of `elsewhere`; empty if there are none.
+
+    """
+    work = work or Work(problem.mapped)
+    values, is_new = np.clip(values, *problem.bounds), False
+    scales = FIRST_SCALES if wide is None else wide
+    last = len(horizons) - 1
+    for stage in range(len(horizons) + rounds):
+        again = stage > last
+        # Later, the same samples count in the same way.
+        adapts = stage <= last + 1 or is_new
+        problem = problem._replace(horizon=horizons[min(stage, last)])
+        work.begin(f'first {problem.horizon:g} s')
+        begun = launches if again and not is_new else whole(launches)
+        ticking = problem._replace(mapped=work.ticking)
+        moved = searched(ticking, values, begun, scales, (seed, stage), adapts)
+        if len(moved) < LEAST_SHOTS:
+            raise ValueError(
+                f'recordings must have at least {LEAST_SHOTS} shots that the scene can simulate, '
+                f'got {len(moved)} of {len(launches)}: are their places in m, in the frame of the '
+                'table?'
+            )
+        found = followed(problem, values, moved, scales)
+        found = rescaled(found) if adapts and (again or wide is None) else found
+        found = fit(found, STEPS if stage >= last else FEW_STEPS, work.say_error)
+        change = np.abs(found.values - values) / found.deviations
+        better = None
+        if again and max(change.max(initial=0.0), found.next_step()[1]) < SETTLED:
+            better, doubts = elsewhere(found, (seed, stage))
+            if better is None:
+                return found, doubts
+        known = {each.samples.key: each.numbers for each in begun}
+        restless = [
+            each.samples.name
+            for each in moved
+            if not np.array_equal(each.numbers, known[each.samples.key])
+        ]
+        is_new = better is not None
+        values = found.values if better is None else better
+        scales, launches = found.scales, found.launches
+    shots = f'unsettled: shots {", ".join(restless)}'
+    return found, [shots if restless else 'unsettled: the numbers still move']
 
 
 def reach_of(found: JointFit) -> Floats:

@@ -144,9 +144,6 @@ SPREAD = 3.0
 APART = 2e-3
 """Launches whose paths differ by less are alike [m]."""
 
-LAST_ROUNDS = 1
-"""How often launches are drawn around the best ones at the last horizon."""
-
 SHORT = 0.5
 """If no more than this was seen [s], the errors of samples are those of the tracker."""
 
@@ -253,6 +250,11 @@ def states_of(model: CalibrationModel, samples: Samples, launches: Floats) -> Ta
 def sigmas_of(command: Command, radius: float) -> Floats:
     """Return the deviations (5,) of a commanded stroke (ball radii, rad, m/s)."""
     return np.hypot(command.noise.sigmas(radius), 0.0 if command.measured else LEAST_ERRORS)
+
+
+def units(radius: float) -> Floats:
+    """Return the units of errors of strokes (5,) in those of `Noise`."""
+    return np.array([radius, radius, math.degrees(1.0), math.degrees(1.0), 1.0])
 
 
 def _strike(model: CalibrationModel, samples: Samples, errors: Floats) -> tuple[Floats, Floats]:
@@ -559,10 +561,7 @@ def search_launches(
             launches = np.concatenate([known, launches])
         best = _distinct(refined(model, compared, launches, STEPS))
         launches = _drawn_around(model, compared, best, draw)
-    for _ in range(LAST_ROUNDS):
-        best = _distinct(refined(model, compared, launches, STEPS))
-        launches = _drawn_around(model, compared, best, draw)
-    return best
+    return _distinct(refined(model, compared, launches, STEPS))
 
 
 def _starts(compared: Comparison, draw: np.random.Generator) -> Floats:

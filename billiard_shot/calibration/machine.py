@@ -17,12 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
-from billiard_shot.calibration.estimate import Estimate, write_yaml
 from billiard_shot.calibration.fit import (
     ALIGNMENT,
     bounds_of,
     decided,
-    even_until,
     fit,
     FitProblem,
     followed,
@@ -31,6 +29,7 @@ from billiard_shot.calibration.fit import (
     LEVEL,
     undecided,
     Unknown,
+    until_bent,
 )
 from billiard_shot.calibration.fit import estimates_of as numbers_of
 from billiard_shot.calibration.launch import (
@@ -40,6 +39,7 @@ from billiard_shot.calibration.launch import (
     PLACES,
     prior_of,
     search_launches,
+    units,
     ways_of,
 )
 from billiard_shot.calibration.player import estimates_of, with_noise
@@ -51,6 +51,7 @@ from billiard_shot.calibration.recording import (
     Samples,
     usable_shots,
 )
+from billiard_shot.calibration.result import Estimate, write_yaml
 from billiard_shot.cue.mechanism import Alignment, EXACT, Mechanism
 from billiard_shot.numerics.vectors import wrapped
 from billiard_shot.scene import Bias, Noise, Scene
@@ -160,11 +161,6 @@ class RobotErrors(NamedTuple):
         return Command(noise, measured=True)
 
 
-def units(radius: float) -> Floats:
-    """Return the units of errors of strokes (5,) in those of `Noise`."""
-    return np.array([radius, radius, math.degrees(1.0), math.degrees(1.0), 1.0])
-
-
 def fitted_machine(
     model: CalibrationModel, recorded: Sequence[Samples]
 ) -> tuple[JointFit, RobotErrors]:
@@ -183,8 +179,7 @@ def fitted_machine(
         samples = replace(strike.until(HORIZON), command=errors.command(radius))
         best = search_launches(model, samples, FIRST_SCALES, FIRST_HORIZON, draw)
         if len(best.costs):
-            launch = Launch(samples, best.launches[0])
-            launches.append(replace(launch, until=even_until(model, [], launch)))
+            launches.append(until_bent(model, [], Launch(samples, best.launches[0])))
     shares = {each.samples.key: each.samples.share for each in launches}
     found = fit(followed(problem, problem.start, launches, FIRST_SCALES), STEPS)
     for number in range(ROUNDS):
@@ -196,8 +191,8 @@ def fitted_machine(
             launches = _fitting(found, medians < WORST * MEDIAN * sigma)
         else:  # strokes are nearly those of the alignment: each fit begins there
             there = found.problem.model_at(found.values)
-            nothing = [replace(each, numbers=0.0 * each.numbers) for each in launches]
-            launches = [replace(each, until=even_until(there, [], each)) for each in nothing]
+            nothing = [Launch(each.samples, 0.0 * each.numbers) for each in launches]
+            launches = [until_bent(there, [], each) for each in nothing]
         if len(launches) < LEAST_STRIKES:
             raise ValueError(
                 f'recordings must have at least {LEAST_STRIKES} strikes that the scene can '

@@ -26,7 +26,6 @@ import numpy as np
 from scipy.stats import chi2, norm
 from scipy.stats import t as student
 
-from billiard_shot.calibration.estimate import Estimate, write_yaml
 from billiard_shot.calibration.fit import LEVEL
 from billiard_shot.calibration.launch import (
     calibration_model,
@@ -47,6 +46,7 @@ from billiard_shot.calibration.recording import (
     samples_of,
     usable_shots,
 )
+from billiard_shot.calibration.result import Estimate, write_yaml
 from billiard_shot.numerics.vectors import wrapped
 from billiard_shot.planning.direct_shots import CentralStrikes, side_error
 from billiard_shot.planning.shots import shots, strikes_of

@@ -9,8 +9,15 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.calibration.estimate import advice, Estimate, KEPT
-from billiard_shot.calibration.result import Calibration, Check, quantiles, SPANS
+from billiard_shot.calibration.result import (
+    advice,
+    Calibration,
+    Check,
+    Estimate,
+    KEPT,
+    quantiles,
+    SPANS,
+)
 from billiard_shot.pictures.view import write_text
 from billiard_shot.table.run.outline import outline_of
 

@@ -11,11 +11,11 @@ from simulated import simulated_recording
 
 from billiard_shot import Scene
 from billiard_shot.calibration.calibrate import calibrate
-from billiard_shot.calibration.fit import FitProblem, sought_in, USUAL_NAMES
+from billiard_shot.calibration.fit import FitProblem, sought_in
 from billiard_shot.calibration.launch import calibration_model
 from billiard_shot.calibration.reader import read_recording, write_csv
 from billiard_shot.calibration.recording import Frame, Recording
-from billiard_shot.calibration.result import quantiles
+from billiard_shot.calibration.result import quantiles, USUAL_NAMES
 from billiard_shot.cli import main
 from billiard_shot.cli.output import DONE, WRONG_INPUT
 

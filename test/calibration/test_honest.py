@@ -11,7 +11,6 @@ from simulated import simulated_recording
 
 from billiard_shot import BallState, Scene, simulate
 from billiard_shot.calibration.calibrate import calibrate, no_gain, unexplained
-from billiard_shot.calibration.estimate import Estimate
 from billiard_shot.calibration.fit import (
     at_bounds,
     FitProblem,
@@ -32,7 +31,7 @@ from billiard_shot.calibration.recording import (
     Track,
     with_sigma,
 )
-from billiard_shot.calibration.result import Check
+from billiard_shot.calibration.result import Check, Estimate
 from billiard_shot.cli import main
 from billiard_shot.cli.output import FAILED, WRONG_INPUT
 

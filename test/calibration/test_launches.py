@@ -7,7 +7,7 @@ import pytest
 from simulated import simulated_recording
 
 from billiard_shot import Scene
-from billiard_shot.calibration.fit import even_until, Launch
+from billiard_shot.calibration.fit import Launch, until_bent
 from billiard_shot.calibration.launch import (
     CalibrationModel,
     compare,
@@ -95,7 +95,7 @@ def test_a_path_is_followed_until_it_is_a_matter_of_chance_what_a_ball_meets():
     for off in (0.0, grazing):
         launch[[SPEED, DIRECTION]] = 1.0, np.arctan2(to[1], to[0]) + off
         seen = replace(seen, times=np.linspace(0.0, 4.0 * distance, len(seen.times)))
-        untils.append(even_until(TABLE, [], Launch(seen, launch)))
+        untils.append(until_bent(TABLE, [], Launch(seen, launch)).until)
     full, grazed = untils
     assert (full > 3.0 * distance).all()
     assert (grazed[:2] > distance).all()  # at 1 m/s

@@ -19,10 +19,10 @@ from billiard_shot.calibration.recording import Frame, samples_of
 from billiard_shot.calibration.simulator import (
     FASTEST,
     recording_of,
+    rest_errors,
     SLOWEST,
     without_obstacles,
 )
-from billiard_shot.calibration.simulator_fit import rest_errors
 from billiard_shot.scene import Bias, Cushion, Noise
 from billiard_shot.scene.player import SPEED
 
