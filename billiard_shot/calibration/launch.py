@@ -24,12 +24,8 @@ launch leads elsewhere. So a search compares the first half second, then longer 
 horizon the best launches, and some drawn around them, go on.
 
 The first samples alone do not tell the spin, and the launch that explains them best may have any
-spin. So launches are drawn as likely as they are, and the one in the middle is taken: its path has
-the least mean distance from those of the others, relative to usual errors. Spins are drawn as
-other strokes of the player had them, and mirrored ones: from the density of Silverman (Density
-Estimation, 1986, section 4.3). Each draw is the mean of a launch before its samples count, and is
-then fitted to them (Oliver, He and Reynolds, Conditioning permeability fields to pressure data,
-5th European Conf. on the Mathematics of Oil Recovery (1996)).
+spin. So likely spins are those of other strokes of the player, as far as they are known, with left
+side as likely as right side.
 """
 
 from collections.abc import Iterator, Sequence
@@ -41,7 +37,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.calibration.recording import Command, Floats, Frame, Recording, Samples
+from billiard_shot.calibration.recording import (
+    Command,
+    Floats,
+    Frame,
+    Recording,
+    Samples,
+    USUAL_SPINS,
+)
 from billiard_shot.cue.mechanism import Alignment
 from billiard_shot.cue.mechanism import EXACT as EXACT_MACHINE
 from billiard_shot.cue.plan import stroke_on_table
@@ -61,14 +64,6 @@ from billiard_shot.table.run.task import run_tables, TableTask
 
 SPEED, DIRECTION, FOLLOW, SIDE, MASSE = range(5)
 PLACES = 5  # number of the first place; all before it are those of the strike
-
-SPIN_SIGMAS = (0.8, 0.8, 0.12)
-"""
-Standard deviations of follow, side and masse, relative to the speed.
-
-A tip meets the ball up to half a radius off its centre, which gives a spin of 5/4 of the speed. A
-cue that is raised by 5 degrees turns a tenth of the side into masse.
-"""
 
 ERROR_STEP = 0.02
 """Step of the errors of a stroke for differences, in standard deviations."""
@@ -144,20 +139,7 @@ SPREAD = 3.0
 APART = 2e-3
 """Launches whose paths differ by less are alike [m]."""
 
-SHORT = 0.5
-"""If no more than this was seen [s], the errors of samples are those of the tracker."""
-
-DRAWS = 100
-"""How many launches are drawn."""
-
-DRAW_STEPS = 8
-"""Steps of least squares for each of them."""
-
-UNLIKELY = 8.0
-"""A draw whose cost exceeds the least one by more has not found the samples."""
-
 SPINS = slice(FOLLOW, MASSE + 1)
-MIRRORED = np.array([1.0, -1.0, -1.0])
 
 
 @dataclass(frozen=True)
@@ -205,7 +187,8 @@ def prior_of(samples: Samples) -> tuple[Floats, Floats]:
     mean, precision, sigmas = np.zeros(n), np.zeros((n, n)), np.ones(PLACES)
     if samples.command is None:
         mean[SPEED], mean[DIRECTION] = speed, direction
-        sigmas[:] = 0.5 * speed, 0.2, *(each * speed for each in SPIN_SIGMAS)
+        sigmas[: SPINS.start] = 0.5 * speed, 0.2
+        mean[SPINS], sigmas[SPINS] = speed * samples.spins
     precision[range(PLACES), range(PLACES)] = sigmas**-2
     across = np.maximum(samples.rest_sigma, LEAST_PLACE_SIGMA) ** -2
     precision[range(PLACES, n), range(PLACES, n)] = np.repeat(across, 2)
@@ -346,8 +329,8 @@ class Comparison:
     Attributes
     ----------
     samples : Samples
-    mean, precision : (numbers,) or (n, numbers), and (numbers, numbers) float array
-        Likely numbers of the launch, or of each one, and the inverse of their covariance.
+    mean, precision : (numbers,) and (numbers, numbers) float array
+        Likely numbers of the launch, and the inverse of their covariance.
     square : (samples,) float array
         Squares of the scales [m^2].
     share : (samples,) float array
@@ -480,28 +463,21 @@ def refined(
     steps: int,
     enough: float = ENOUGH,
 ) -> Fitted:
-    """
-    Improve launches (n, numbers) by a number of steps; those that are impossible stay.
-
-    `compared.mean` is one for all launches (numbers,), or one for each (n, numbers).
-    """
+    """Improve launches (n, numbers) by a number of steps; those that are impossible stay."""
     fitted = evaluated(model, compared, np.array(launches))
     n, numbers = fitted.launches.shape
-    means = np.broadcast_to(compared.mean, (n, numbers))
     damping = np.full(n, FIRST_DAMPING)
     left = np.flatnonzero(np.isfinite(fitted.costs))
     for _ in range(steps):
         if not len(left):
             break
-        here = replace(compared, mean=means[left])
-        matrix, gradient = normal_equations(model, here, fitted.take(left))
+        matrix, gradient = normal_equations(model, compared, fitted.take(left))
         factors = damping[left, np.newaxis] * DAMPINGS  # (left, tries)
         diagonal = np.einsum('nkk->nk', matrix)[:, np.newaxis, :, np.newaxis] * np.eye(numbers)
         damped = matrix[:, np.newaxis] + factors[..., np.newaxis, np.newaxis] * diagonal
         moves = np.linalg.solve(damped, gradient[:, np.newaxis, :, np.newaxis])[..., 0]
         tried = (fitted.launches[left, np.newaxis] - moves).reshape(-1, numbers)
-        here = replace(compared, mean=np.repeat(means[left], len(DAMPINGS), axis=0))
-        found = evaluated(model, here, tried)
+        found = evaluated(model, compared, tried)
         best = found.costs.reshape(len(left), -1).argmin(axis=-1)
         rows = np.arange(len(left)) * len(DAMPINGS) + best
         gain = fitted.costs[left] - found.costs[rows]
@@ -616,56 +592,9 @@ def spins_of(launches: Sequence[Floats]) -> Floats:
     return spins
 
 
-def middle_launch(
-    model: CalibrationModel,
-    samples: Samples,
-    seen: float,
-    spins: Floats,
-    draw: np.random.Generator,
-) -> Floats | None:
-    """
-    Return the launch whose path is to be expected; None if none can be simulated.
-
-    Parameters
-    ----------
-    model : CalibrationModel
-    samples : Samples
-        Of samples after `seen`, only the times count.
-    seen : float
-        Until which samples count [s].
-    spins : (n, 3) float array
-        Of other strokes, see `spins_of`.
-    draw : numpy.random.Generator
-
-    """
-    compared = compare(samples, FIRST_SCALES, seen)
-    speed = compared.mean[SPEED]
-    width = spins.std(axis=0) * len(spins) ** (-1.0 / (spins.shape[1] + 4.0))
-    width = speed * np.maximum(width, 1e-3)
-    means = np.repeat(compared.mean[np.newaxis], DRAWS, axis=0)
-    precision = compared.precision.copy()
-    mirrored = np.where(draw.random((DRAWS, 1)) < 0.5, 1.0, MIRRORED)
-    means[:, SPINS] = speed * mirrored * spins[draw.integers(len(spins), size=DRAWS)]
-    means[:, SPINS] += width * draw.normal(size=(DRAWS, len(width)))
-    precision[SPINS, SPINS] = np.diag(width**-2.0)
-    likely = replace(
-        compared,
-        mean=means,
-        precision=precision,
-        square=compared.samples.sigma**2,
-        share=np.ones_like(compared.share),
-    )
-    found = refined(model, likely, means, DRAW_STEPS)
-    possible = np.isfinite(found.costs)
-    if not possible.any():
-        return None
-    launches = found.launches[found.costs < found.costs[possible].min() + UNLIKELY]
-    places = ways_of(model, samples, launches)
-    simulated = np.isfinite(places).all(axis=(1, 2))
-    if not simulated.any():
-        return None
-    launches, places = launches[simulated], places[simulated]
-    usual = np.interp(samples.time, KNOTS, FIRST_SCALES)
-    apart = [np.linalg.norm(places - each, axis=-1) @ (samples.share / usual) for each in places]
-    best: Floats = launches[np.sum(apart, axis=0).argmin()]
-    return best
+def likely_spins(spins: Floats) -> Floats:
+    """Return the mean and the deviations (2, 3) of spins of a player, see `spins_of`."""
+    count = 1 + len(spins)  # the usual deviations stand for a stroke
+    mean = spins.sum(axis=0) / count * (1.0, 0.0, 0.0)  # side and masse: as likely left as right
+    squares = USUAL_SPINS[1] ** 2 + ((spins - mean) ** 2).sum(axis=0)
+    return np.stack([mean, np.sqrt(squares / count)])

@@ -65,6 +65,14 @@ FIT_PERIOD = 0.06
 LONGEST_SHARE = 0.1
 """Longest time for which a sample stands [s]: what happened in longer gaps is not known."""
 
+USUAL_SPINS = np.array([(0.0, 0.0, 0.0), (0.8, 0.8, 0.12)])
+"""
+Means and deviations of follow, side and masse: of spins times the radius, relative to the speed.
+
+A tip meets the ball up to half a radius off its centre, which gives a spin of 5/4 of the speed. A
+cue that is raised by 5 degrees turns a tenth of the side into masse.
+"""
+
 MOST_OUTSIDE = 0.05
 """Part of the places that may be outside of the table, by errors of the tracker."""
 
@@ -310,6 +318,8 @@ class Samples:
         Samples that are errors of the tracker.
     command : Command, optional
         What tells the launch together with the stroke of the shot.
+    spins : (2, 3) float array
+        Means and deviations of likely spins, as `USUAL_SPINS`.
 
     """
 
@@ -329,6 +339,7 @@ class Samples:
     velocity: Floats
     left_out: tuple[str, ...] = ()
     command: Command | None = None
+    spins: Floats = field(default_factory=lambda: USUAL_SPINS)
 
     @property
     def name(self) -> str:

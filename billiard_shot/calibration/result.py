@@ -1,7 +1,7 @@
 """The result of a calibration: its numbers, how well its scene predicts shots, file and report."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,9 +12,8 @@ from billiard_shot.calibration.launch import (
     CalibrationModel,
     contacts_of,
     FIRST_SCALES,
-    middle_launch,
+    likely_spins,
     search_launches,
-    SHORT,
     ways_of,
 )
 from billiard_shot.calibration.recording import (
@@ -54,6 +53,9 @@ SPANS = 1.0, 2.0, 5.0, np.inf
 """Times from the strike on over which errors are stated [s]."""
 
 QUANTILES = 0.1, 0.5, 0.9
+
+SHORT = 0.5
+"""If no more than this was seen [s], all samples count."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -290,8 +292,7 @@ class Calibration:
         """
         Predict a recorded shot after the launch that explains it best.
 
-        If less than half a second was seen, many launches explain it: then one is taken whose
-        path is in the middle of those of the others, see launch.py.
+        Likely spins are those of the shots that were fitted: the first samples tell hardly more.
 
         Parameters
         ----------
@@ -310,15 +311,10 @@ class Calibration:
 
         """
         model = CalibrationModel(self.scene, self.frames)
-        short = seen < SHORT and shot.command is None and len(self.spins) > 0
-        period = 0.0 if short else FIT_PERIOD  # of few samples, all count
+        period = 0.0 if seen < SHORT else FIT_PERIOD
         samples = samples_of(shot, self.frames[recording].rate, period, recording)
-        if short:
-            draw = np.random.default_rng(seed)
-            launch = middle_launch(model, samples, seen, self.spins, draw)
-            found = None if launch is None else check_of(model, samples, launch)
-        else:
-            found = searched_check(model, seen, (samples, (seed,)))
+        samples = replace(samples, spins=likely_spins(self.spins))
+        found = searched_check(model, seen, (samples, (seed,)))
         if found is None:
             raise ValueError(f'shot {shot.name!r}: no launch can be simulated')
         return found

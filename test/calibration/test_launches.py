@@ -15,7 +15,7 @@ from billiard_shot.calibration.launch import (
     FIRST_SCALES,
     FOLLOW,
     horizons,
-    middle_launch,
+    likely_spins,
     PLACES,
     prior_of,
     scales_of,
@@ -26,7 +26,7 @@ from billiard_shot.calibration.launch import (
     states_of,
     ways_of,
 )
-from billiard_shot.calibration.recording import Frame, RecordedShot, samples_of, Track
+from billiard_shot.calibration.recording import Frame, RecordedShot, samples_of, Track, USUAL_SPINS
 
 CAROM = replace(Scene.load('carom'), balls={})
 TURNED = Frame(0.2, -0.1, 0.3, 1.1)
@@ -110,11 +110,18 @@ def test_spin_that_was_not_seen_is_that_of_other_strokes():
     draw = np.random.default_rng(1)
     spins = np.array([0.6, 0.3, 0.0]) + draw.normal(0.0, 0.02, (20, 3))
     seen = samples_of(shot(1))
-    launch = middle_launch(TABLE, seen, 0.06, spins, draw)
-    follow, side, masse = spins_of([launch])[0]
+    likely = likely_spins(spins)
+    assert likely[0] == pytest.approx([0.6, 0.0, 0.0], abs=0.05)
+    assert likely[1] == pytest.approx([0.2, 0.35, 0.03], abs=0.03)  # of these and the usual ones
+    found = search_launches(TABLE, replace(seen, spins=likely), FIRST_SCALES, 0.06, draw)
+    follow, side, masse = spins_of(found.launches[:1])[0]
     assert follow == pytest.approx(0.6, abs=0.15)
-    assert abs(side) == pytest.approx(0.3, abs=0.15)  # left or right: nobody knows
+    assert abs(side) < 0.15  # left or right: nobody knows
     assert abs(masse) < 0.1
+
+
+def test_usual_spins_are_likely_if_no_other_stroke_is_known():
+    assert np.array_equal(likely_spins(spins_of([])), USUAL_SPINS)
 
 
 def test_scales_are_medians_of_errors_that_do_not_fall():
