@@ -30,10 +30,7 @@ from billiard_shot.calibration.fit import LEVEL
 from billiard_shot.calibration.launch import (
     calibration_model,
     CalibrationModel,
-    contacts_of,
     DIRECTION,
-    FIRST_SCALES,
-    search_launches,
     states_of,
 )
 from billiard_shot.calibration.reader import read_recordings, Recordings
@@ -46,7 +43,7 @@ from billiard_shot.calibration.recording import (
     samples_of,
     usable_shots,
 )
-from billiard_shot.calibration.result import Estimate, write_yaml
+from billiard_shot.calibration.result import Estimate, searched_check, write_yaml
 from billiard_shot.numerics.vectors import wrapped
 from billiard_shot.planning.direct_shots import CentralStrikes, side_error
 from billiard_shot.planning.shots import shots, strikes_of
@@ -278,7 +275,7 @@ def most_likely_scale(tried: Sequence[Tried]) -> tuple[float, tuple[float, float
 def _tried(model: CalibrationModel, samples: Samples, seed: Sequence[int]) -> Tried | None:
     """Compare a shot with the direct shots of its layout; None if that is impossible."""
     scene = model.scene
-    went = _way(model, samples, np.random.default_rng(seed))
+    went = _way(model, samples, seed)
     if went is None:
         return None
     direction, places = went
@@ -307,7 +304,7 @@ def _tried(model: CalibrationModel, samples: Samples, seed: Sequence[int]) -> Tr
 
 
 def _way(
-    model: CalibrationModel, samples: Samples, draw: np.random.Generator
+    model: CalibrationModel, samples: Samples, seed: Sequence[int]
 ) -> tuple[float, dict[str, Floats]] | None:
     """
     Return in which direction the struck ball went until it met something [rad].
@@ -324,15 +321,13 @@ def _way(
         seen = samples_of(moving, frame.rate, FIT_PERIOD, samples.recording).until(HORIZON)
     except ValueError:
         return None  # it hardly moves
-    found = search_launches(model, seen, FIRST_SCALES, HORIZON, draw)
-    if not len(found.costs):
+    found = searched_check(model, HORIZON, (seen, seed))
+    if found is None:
         return None
-    launch = found.launches[0]
-    starts = states_of(model, seen, launch[np.newaxis]).position[0, :, :2]
-    direction = float(launch[DIRECTION]) - frame.angle
-    met = contacts_of(model, seen, launch).min(initial=HORIZON)
-    before = (seen.ball == 0) & (seen.time < met)
+    starts = states_of(model, seen, found.launch[np.newaxis]).position[0, :, :2]
+    direction = float(found.launch[DIRECTION]) - frame.angle
+    before = (found.samples.ball == 0) & (found.times < found.contacts.min(initial=HORIZON))
     if before.any():
-        x, y = frame.to_table(found.places[0][before][-1]) - starts[0]
+        x, y = frame.to_table(found.places[before][-1]) - starts[0]
         direction = math.atan2(y, x)
     return direction, dict(zip(seen.balls, starts, strict=True))
