@@ -19,17 +19,11 @@ from billiard_shot.calibration.fit import (
     followed,
     JointFit,
     Launch,
-    LEAST_SHOTS,
     MapFunction,
-    Progress,
     rescaled,
-    ROUNDS,
     searched,
-    settled,
     sought_in,
-    STEPS,
     whole,
-    Work,
 )
 from billiard_shot.calibration.launch import (
     calibration_model,
@@ -47,6 +41,7 @@ from billiard_shot.calibration.recording import (
     usable_shots,
 )
 from billiard_shot.calibration.result import Calibration, Check, Estimate, searched_check
+from billiard_shot.calibration.settle import LEAST_SHOTS, Progress, ROUNDS, settled, STEPS, Work
 from billiard_shot.calibration.simulator import (
     fit_to_simulator,
     MOST_STEPS,

@@ -24,10 +24,7 @@ from billiard_shot.calibration.fit import (
     followed,
     JointFit,
     Launch,
-    SETTLED,
-    settled,
     sought_in,
-    Work,
 )
 from billiard_shot.calibration.launch import (
     calibration_model,
@@ -42,6 +39,7 @@ from billiard_shot.calibration.launch import (
 )
 from billiard_shot.calibration.recording import Floats, RecordedShot, Recording, Samples, Track
 from billiard_shot.calibration.result import Calibration, Check, check_of
+from billiard_shot.calibration.settle import SETTLED, settled, Work
 from billiard_shot.planning.problem import limits_of, raise_for_clearance
 from billiard_shot.scene import Noise, Scene, SceneLike
 from billiard_shot.scene.equipment import CUSHIONS
