@@ -139,15 +139,15 @@ def solved(parameters, n, c):
         properties, space.delassus[np.newaxis], space.approach[np.newaxis], [TIGHT]
     )
     seconds = perf_counter() - begin
-    impulses = np.einsum('ik,ikl->il', done.impulses[0], space.axes)
+    impulses = np.einsum('ik,ikl->il', done.contacts['impulse'][0], space.axes)
     changes = velocity_changes(system, impulses)
-    status = int(done.status[0])
-    states, steps = int(done.phases[0]), int(done.steps[0])
+    status, states, steps = (int(done.outcomes[name][0]) for name in ('status', 'phases', 'steps'))
+    lost = sum(done.contacts[name].sum() for name in ('restitution_loss', 'friction_loss'))
     before = 0.5 * mass * BALL * speed**2
     # From velocities: tip and table may press the ball with a million times its net impulse, so
     # the energy would be lost in the rounding errors of their works.
     after = collision.energy(system.velocities + changes[:, :3], changes[:, 3:])
-    gap = abs(after - before + done.losses.sum()) / before
+    gap = abs(after - before + lost) / before
     return (*parameters, status, states, steps, seconds, gap, after / before - 1.0)
 
 

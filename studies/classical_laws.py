@@ -40,9 +40,13 @@ def pairwise(problem: ContactProblem) -> Array:
                 problem.model.law,
                 problem.model.exponent[j],
             )
-            impulse = solve_in_contact_space(
-                alone, problem.response[np.newaxis, part, part], u[np.newaxis, part], [1e-12]
-            ).impulses.ravel()
+            impulse = (
+                solve_in_contact_space(
+                    alone, problem.response[np.newaxis, part, part], u[np.newaxis, part], [1e-12]
+                )
+                .contacts['impulse']
+                .ravel()
+            )
             total[part] += impulse
             u += problem.response[:, part] @ impulse
     raise NoEndError

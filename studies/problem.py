@@ -113,7 +113,12 @@ class ContactProblem:
             self.velocity[np.newaxis],
             [tolerance],
         )
-        return solved.impulses.ravel(), int(solved.steps[0]), Status(solved.status[0])
+        outcome = solved.outcomes[0]
+        return (
+            solved.contacts['impulse'].ravel(),
+            int(outcome['steps']),
+            Status(outcome['status']),
+        )
 
     def resting_place(self, velocity: Array, spin: Array) -> Array:
         """Return the place (3,) [m] at which a ball from (0, 0, r) rests on an endless cloth."""

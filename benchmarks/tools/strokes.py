@@ -67,8 +67,8 @@ class Kernel:
             np.repeat(strike.velocity[np.newaxis], n, axis=0),
             np.full(n, tolerance),
         )
-        self.impulse = solved.impulses[0].ravel()
-        return Status(solved.status[0])
+        self.impulse = solved.contacts['impulse'][0].ravel()
+        return Status(solved.outcomes['status'][0])
 
     def error(self, strike: ContactProblem, impulse: np.ndarray) -> float:
         """Error of impulses from the last solution: contact speed over approach speed."""

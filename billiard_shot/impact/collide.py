@@ -611,11 +611,13 @@ def collide(
         USUAL_PHASES if phases else 0,
         None if reactivation == 'instant' else -gap[np.newaxis],
     )
-    impulses = np.einsum('ik,ikl->il', solved.impulses[0], space.axes)
+    ends, outcome = solved.contacts[0], solved.outcomes[0]
+    impulses = np.einsum('ik,ikl->il', ends['impulse'], space.axes)
     changes = velocity_changes(system, impulses)
+    losses = np.stack([ends['restitution_loss'], ends['friction_loss']], axis=-1)
     return CollisionResult(
-        Status(solved.status[0]), system.velocities + changes[:, :3],
-        system.spins + changes[:, 3:], impulses, solved.losses[0], solved.final_slips[0],
-        lengths=solved.lengths[0], duration=float(solved.durations[0]),
-        phases=read_log(solved.log, space.axes), evaluations=int(solved.steps[0]),
+        Status(outcome['status']), system.velocities + changes[:, :3],
+        system.spins + changes[:, 3:], impulses, losses, ends['final_slip'],
+        lengths=ends['length'], duration=float(outcome['duration']),
+        phases=read_log(solved.log, space.axes), evaluations=int(outcome['steps']),
     )  # fmt: skip

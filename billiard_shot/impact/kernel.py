@@ -446,38 +446,21 @@ class Properties:
     decay: Sequence[float] | NDArray[np.float64] | float = 0.0
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Solved:
+class Solved(NamedTuple):
     """
     Solved collisions.
 
     Attributes
     ----------
-    impulses : (n, N, 3) float array
-        On bodies a [N s].
-    losses : (n, N, 2) float array
-        Energy lost to restitution and to friction [J].
-    final_slips, lengths : (n, N) float arrays
-        See `ContactResult`.
-    closings : (n, N) int array
-        See `ContactResult`.
-    status, phases, steps : (n,) int arrays
-    durations : (n,) float array
-        See `CollisionOutcome`.
+    contacts : (n, N) array of ContactResult
+    outcomes : (n,) array of CollisionOutcome
     log : (phases, N) array of PhaseLog
         Phases of the last collision.
 
     """
 
-    impulses: NDArray[np.float64]
-    losses: NDArray[np.float64]
-    final_slips: NDArray[np.float64]
-    lengths: NDArray[np.float64]
-    closings: NDArray[np.int64]
-    status: NDArray[np.int64]
-    phases: NDArray[np.int64]
-    steps: NDArray[np.int64]
-    durations: NDArray[np.float64]
+    contacts: NDArray[np.void]
+    outcomes: NDArray[np.void]
     log: NDArray[np.void]
 
 
@@ -551,17 +534,8 @@ def solve_in_contact_space(
         if needed <= phases:
             break
         phases = needed
-    rows = as_rows(ContactResult, results).reshape(n, count)
-    ends = as_rows(CollisionOutcome, outcomes)
     return Solved(
-        rows['impulse'],
-        np.stack([rows['restitution_loss'], rows['friction_loss']], axis=-1),
-        rows['final_slip'],
-        rows['length'],
-        rows['closings'],
-        status=ends['status'],
-        phases=ends['phases'],
-        steps=ends['steps'],
-        durations=ends['duration'],
-        log=as_rows(PhaseLog, log)[: needed * count].reshape(needed, count),
+        as_rows(ContactResult, results).reshape(n, count),
+        as_rows(CollisionOutcome, outcomes),
+        as_rows(PhaseLog, log)[: needed * count].reshape(needed, count),
     )
