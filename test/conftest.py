@@ -7,7 +7,8 @@ import sys
 from typing import Any
 import warnings
 
-from hypothesis import settings
+from hypothesis import HealthCheck, settings
+from hypothesis.internal.conjecture import providers
 import numpy as np
 import pytest
 from recorded_launch import launch_file  # noqa: F401 (a fixture)
@@ -17,12 +18,21 @@ from billiard_shot.compiler.build import provide
 
 sys.path.append(str(Path(__file__).resolve().parents[1]))  # for the studies
 NIGHTLY = 'NIGHTLY' in os.environ
-# No deadline: whether a machine is busy says nothing about the code. The same examples in every
-# run; `make nightly` tries others, and more of them.
+# No limits of time: whether a machine is busy says nothing about the code. The same examples in
+# every run; `make nightly` tries others, and more of them.
 settings.register_profile(
-    'patient', deadline=None, derandomize=not NIGHTLY, max_examples=1000 if NIGHTLY else 100
+    'patient',
+    deadline=None,
+    suppress_health_check=[HealthCheck.too_slow],
+    derandomize=not NIGHTLY,
+    max_examples=1000 if NIGHTLY else 100,
 )
 settings.load_profile('patient')
+if not NIGHTLY and hasattr(providers, '_get_local_constants'):
+    # Hypothesis also draws constants that it reads in all modules which are loaded. The examples
+    # of a test would then differ with the files that run beside it.
+    NO_CONSTANTS = type(providers._local_constants)()
+    providers._get_local_constants = lambda: NO_CONSTANTS
 
 
 def pytest_sessionstart() -> None:
