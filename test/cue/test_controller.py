@@ -184,7 +184,8 @@ def test_a_pause_of_the_controller_ends_the_shot(bench, state):
     assert 'this process did not run for 1' in bench.controller.reason
     assert bench.results[-1].outcome is (GoalOutcome.FAULT if stroke else GoalOutcome.DISARMED)
     assert not bench.controller.clear(bench.now).accepted
-    assert bench.refused('', SHOT, 'too early')
+    words = 'only in DISARMED' if stroke else 'estop: not trusted for another 4 s'
+    assert bench.refused(words, SHOT, 'too early')
     bench.run(4.1)
     assert bench.mechanism.stopped
     assert not stroke or bench.controller.clear(bench.now).accepted
@@ -615,7 +616,7 @@ def test_a_table_without_balls_is_known(bench):
 def test_table_unknown():
     bench = Bench()
     bench.controller.reject_table('table_state: wrong', bench.now)
-    assert bench.refused('', SHOT) is GoalOutcome.TABLE_UNKNOWN
+    assert bench.refused('table_state: wrong', SHOT) is GoalOutcome.TABLE_UNKNOWN
 
 
 @pytest.mark.parametrize('beyond', [-1e-5, 0.0, 1e-5])
@@ -706,7 +707,7 @@ def test_other_settings_undo_no_latch_and_no_distrust(bench):
     assert 'not trusted for another' in bench.controller.clear(bench.now).reason
     bench.run(5.0)
     assert bench.controller.clear(bench.now).accepted
-    assert bench.refused('', SHOT) is GoalOutcome.ALREADY_PLAYED
+    assert bench.refused('has been aimed', SHOT) is GoalOutcome.ALREADY_PLAYED
 
 
 def test_other_settings_forget_no_pressed_emergency_stop(bench):
