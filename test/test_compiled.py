@@ -33,8 +33,12 @@ def test_a_table_has_the_arguments_of_its_call_whatever_was_called_before():
 
 
 def test_other_threads_run_during_a_call(monkeypatch):
-    """The lock of the interpreter is released; ctypes does that."""
-    calls, ticks, ended = [], [], Event()
+    """
+    The lock of the interpreter is released; ctypes does that.
+
+    On a busy machine the other thread may not run during one call, but it runs during one of many.
+    """
+    ticks, ended = [], Event()
     run = play_tables.compiled
 
     def timed(*args):
@@ -42,6 +46,11 @@ def test_other_threads_run_during_a_call(monkeypatch):
         result = run(*args)
         calls.append((begin, monotonic()))
         return result
+
+    def has_run():
+        begin, end = max(calls, key=lambda call: call[1] - call[0])
+        quarter = 0.25 * (end - begin)
+        return any(begin + quarter < each < end - quarter for each in ticks)
 
     def tick():
         while not ended.is_set():
@@ -53,10 +62,13 @@ def test_other_threads_run_during_a_call(monkeypatch):
     thread = Thread(target=tick)
     thread.start()
     try:
-        predict_within_noise(scene, strokes, workers=1)
+        for _ in range(100):
+            calls = []
+            predict_within_noise(scene, strokes, workers=1)
+            if has_run():
+                break
+        else:
+            raise AssertionError('no other thread has run')
     finally:
         ended.set()
         thread.join()
-    begin, end = max(calls, key=lambda call: call[1] - call[0])
-    quarter = 0.25 * (end - begin)
-    assert any(begin + quarter < each < end - quarter for each in ticks)

@@ -37,12 +37,13 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 @pytest.hookimpl(tryfirst=True)
 def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> bool | None:
     """
-    Repeat a failed test of a cell if a process of the cell was starved; else it has failed.
+    Repeat a failed test of nodes if a process of these was starved; else it has failed.
 
+    The fixture of the nodes, `cell` or `shell`, tells whether one was, and brings them in order.
     A driver that did not run for a second, or heard nothing for two, ends the shot, as it should.
     `test_paused_processes` asserts that, with processes that do not run because it stops them.
     """
-    cell = pyfuncitem.funcargs.get('cell')
+    cell = pyfuncitem.funcargs.get('cell') or pyfuncitem.funcargs.get('shell')
     if cell is None or pyfuncitem.get_closest_marker('pauses_processes'):
         return None
     arguments = {name: pyfuncitem.funcargs[name] for name in pyfuncitem._fixtureinfo.argnames}

@@ -58,7 +58,7 @@ def test_a_goal_is_cancelled_that_is_not_answered_yet(node):
     threading.Thread(target=cancel, daemon=True).start()
     with pytest.raises(CanceledError):
         client.execute(ExecuteShot.Goal())
-    assert cancelled.wait(1.0)
+    assert cancelled.wait(PATIENCE)
     executor.shutdown()
     spinning.join(PATIENCE)
     server.destroy()

@@ -153,7 +153,7 @@ def test_a_driver_that_hears_nothing_after_a_pause_ends(cell):
     cell.player.until(lambda: False, 2.5)
     driver.send_signal(signal.SIGCONT)
     try:
-        assert cell.player.until(lambda: driver.poll() is not None, 30.0)
+        assert cell.player.until(lambda: driver.poll() is not None, PATIENCE)
         assert driver.returncode == 1
         words = 'nothing has been received for 2 s since this process paused'
         assert any(words in line for line in cell.logged('cue_driver'))

@@ -15,7 +15,7 @@ import pytest
 
 pytest.importorskip('billiard_shot_msgs', reason='needs ROS 2')
 
-from cell import PATIENT
+from cell import PATIENT, STARVED
 import rclpy
 from rclpy.client import Client
 from rclpy.executors import SingleThreadedExecutor
@@ -50,11 +50,16 @@ ARM = block('service call /cue_driver/arm').strip()
 
 
 class Shell(NamedTuple):
-    """An environment with the nodes of the page, and a `ros2` command; a node that looks on."""
+    """
+    An environment with the nodes of the page, and a `ros2` command.
+
+    A node looks on; its services put the cue ball back, and clear what a test has left.
+    """
 
     environment: dict[str, str]
     node: Node
     executor: SingleThreadedExecutor
+    services: tuple[Client, ...]
 
     def begin(self, command: str | list[str]) -> subprocess.Popen[str]:
         return subprocess.Popen(
@@ -71,6 +76,15 @@ class Shell(NamedTuple):
         process = self.begin(command)
         said, _ = process.communicate(timeout=seconds)
         return process.returncode, said
+
+    def starved(self, error: AssertionError) -> bool:
+        """Whether a failed assertion shows that the driver, or who talks to it, did not run."""
+        return bool(STARVED.search(str(error)))
+
+    def prepare(self) -> None:
+        """Put the cue ball back, which would roll out of reach, and clear what a test has left."""
+        for service in self.services:
+            self.trigger(service)
 
     def trigger(self, client: Client) -> Trigger.Response:
         """Call a service that may be called twice."""
@@ -95,7 +109,7 @@ def read_until(process: subprocess.Popen[str], words: str) -> str:
 
 
 @pytest.fixture(scope='module')
-def shell(tmp_path_factory: pytest.TempPathFactory, domain: None) -> Iterator[Shell]:
+def all_nodes(tmp_path_factory: pytest.TempPathFactory, domain: None) -> Iterator[Shell]:
     """Return a shell in a ROS domain of its own, with every node of the page running."""
     from domain_coordinator import domain_id
 
@@ -116,6 +130,10 @@ def shell(tmp_path_factory: pytest.TempPathFactory, domain: None) -> Iterator[Sh
             {**quiet_environment(number), 'PATH': f'{folder}{os.pathsep}{os.environ["PATH"]}'},
             node,
             executor,
+            tuple(
+                node.create_client(Trigger, name)
+                for name in ('/table_sim/reset', '/cue_driver/clear_fault')
+            ),
         )
         processes = [
             subprocess.Popen(
@@ -156,22 +174,13 @@ def stop(processes: list[subprocess.Popen[str]], number: int) -> None:
             process.wait()
 
 
-@pytest.fixture(scope='module')
-def services(shell: Shell) -> list[Client]:
-    return [
-        shell.node.create_client(Trigger, name)
-        for name in ('/table_sim/reset', '/cue_driver/clear_fault')
-    ]
-
-
 @pytest.fixture
-def ball_in_its_place(shell: Shell, services: list[Client]) -> None:
-    """Put the cue ball back, which would roll out of reach, and clear what a test has left."""
-    for service in services:
-        shell.trigger(service)
+def shell(all_nodes: Shell) -> Shell:
+    """Return the shell with the nodes in order; a ball out of reach would be refused first."""
+    all_nodes.prepare()
+    return all_nodes
 
 
-@pytest.mark.usefixtures('ball_in_its_place')
 def test_one_command_plans_and_waits_for_the_operator_who_fires(shell):
     process = shell.begin(block("ros2 run billiard_shot player '"))
     said = read_until(process, 'aimed ')
@@ -193,7 +202,6 @@ def test_one_command_plans_and_waits_for_the_operator_who_fires(shell):
     assert re.search(pattern.replace(r'\+', r'\W?').replace(r'\-', '-?'), said + rest), said + rest
 
 
-@pytest.mark.usefixtures('ball_in_its_place')
 def test_step_by_step_with_the_ros2_command(shell):
     code, said = shell.run(block('ros2 action send_goal /plan_shot'))
     assert code == 0, said
@@ -211,7 +219,6 @@ def test_step_by_step_with_the_ros2_command(shell):
     assert 'Goal finished with status: 4' in rest
 
 
-@pytest.mark.usefixtures('ball_in_its_place')
 def test_in_python(shell):
     process = shell.begin([sys.executable, '-u', '-c', block('import', 'python')])
     process.stdin.write('yes\n')
@@ -220,23 +227,12 @@ def test_in_python(shell):
     assert said.splitlines()[-1] == 'done'
 
 
-def play(shell: Shell, services: list[Client], arguments: list[str]) -> tuple[int, str]:
-    """Play; once more if the page's publishers were starved: the driver is right to refuse."""
-    code, said = shell.run(arguments)
-    if 'no message for' in said:
-        for service in services:
-            shell.trigger(service)
-        code, said = shell.run(arguments)
-    return code, said
-
-
-@pytest.mark.usefixtures('ball_in_its_place')
-def test_the_player_plays_strokes_from_a_file_and_for_several_targets(shell, services, tmp_path):
+def test_the_player_plays_strokes_from_a_file_and_for_several_targets(shell, tmp_path):
     strokes = tmp_path / 'strokes.yaml'
     strokes.write_text('- {name: one, b: 0.2, speed: 0.4}\n- {name: two, a: 0.1, speed: 0.5}\n')
     targets = ['{rest: [0.2, 0.1]}', '{pass: [-0.2, -0.1]}']
     arguments = [*PLAYER, *targets, '--strokes', str(strokes), '--arm']
-    code, said = play(shell, services, arguments)
+    code, said = shell.run(arguments)
     assert code == 0, said
     assert said.count('executed    OK') == 4
     assert all(f'{name}: 0.' in said for name in ('one', 'two'))
@@ -244,7 +240,6 @@ def test_the_player_plays_strokes_from_a_file_and_for_several_targets(shell, ser
     assert 'target      not judged' in said
 
 
-@pytest.mark.usefixtures('ball_in_its_place')  # a ball out of reach is refused first
 @pytest.mark.parametrize(
     ('arguments', 'code', 'words'),
     [
@@ -298,7 +293,6 @@ def test_wrong_arguments_end_with_exit_code_2(program, arguments, words, capsys)
     assert words in capsys.readouterr().err
 
 
-@pytest.mark.usefixtures('ball_in_its_place')
 def test_a_player_that_is_ended_cancels_its_shot(shell):
     process = shell.begin([*PLAYER, '--b', '0.2', '--speed', '0.5'])
     read_until(process, 'aimed ')

@@ -6,6 +6,7 @@ pytest.importorskip('billiard_shot_msgs', reason='needs ROS 2')
 
 from billiard_shot_msgs.msg import Strike
 from geometry_msgs.msg import Point, Pose, Quaternion
+from rcl_interfaces.msg import Log
 from std_msgs.msg import Header
 from waiting import spin_until
 
@@ -24,17 +25,23 @@ def test_a_strike_becomes_a_shot_of_a_recording(launch_once, node, tmp_path):
     launch_once('table_sim', '-p', 'real_time_factor:=5.0', *hidden, *own)
     strikes = node.create_publisher(Strike, f'{SPACE}/cue_driver/strike', 10)
     assert spin_until(node, lambda: strikes.get_subscription_count() == 2)
-    spin_until(node, lambda: False, 4.0)  # the recorder refuses a strike before its first picture
-    strikes.publish(
-        Strike(
-            header=Header(frame_id='table', stamp=node.get_clock().now().to_msg()),
-            shot_id='first',
-            cue_pose=Pose(
-                position=Point(x=-0.13, y=0.105, z=0.0286), orientation=Quaternion(w=1.0)
-            ),
-            speed=0.5,
-        )
-    )
+    log = []
+    node.create_subscription(Log, '/rosout', log.append, 100)
+
+    def strike(y):
+        pose = Pose(position=Point(x=-0.13, y=y, z=0.0286), orientation=Quaternion(w=1.0))
+        header = Header(frame_id='table', stamp=node.get_clock().now().to_msg())
+        strikes.publish(Strike(header=header, shot_id='first', cue_pose=pose, speed=0.5))
+
+    def sees_the_ball():
+        """Strike past the ball; before its first picture, the recorder does not know the ball."""
+        strike(0.5)
+        spin_until(node, lambda: False, 0.2)
+        lines = [each.msg for each in log if each.name == 'recorded.shot_recorder']
+        return any(line.startswith('ignored a strike: cue_pose') for line in lines)
+
+    assert spin_until(node, sees_the_ball)
+    strike(0.105)
     assert spin_until(node, path.exists)
     assert spin_until(node, path.with_suffix('.yaml').exists)
     recording = read_recording(path)
