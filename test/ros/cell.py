@@ -42,6 +42,9 @@ Nodes and their arguments, patient with a machine that is busy with other tests.
 
 At the default rate of joint_states the driver and the mechanism take half a core.
 """
+LONG_RUN = ('-p', f'mechanism:={Path(__file__).with_name("long_run.yaml")}')
+"""Argument of a driver whose joints are measured by a process without a clock of its own."""
+
 ON_ROBOT_TABLE = ('-p', 'scene:=robot_table')
 WITH_CAMERA = {
     'cue_driver': (*PATIENT['cue_driver'], *ON_ROBOT_TABLE),

@@ -11,7 +11,7 @@ import pytest
 pytest.importorskip('billiard_shot_msgs', reason='needs ROS 2')
 pytest.importorskip('control_msgs', reason='needs control_msgs')
 
-from cell import PATIENT
+from cell import LONG_RUN, PATIENT
 import numpy as np
 from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
@@ -25,7 +25,7 @@ from billiard_shot.ros.conversions import seconds
 
 SPACE = '/controlled'
 NODES = {
-    'cue_driver': (*PATIENT['cue_driver'], '-p', 'interface:=follow_joint_trajectory'),
+    'cue_driver': (*PATIENT['cue_driver'], *LONG_RUN, '-p', 'interface:=follow_joint_trajectory'),
     'table_sim': PATIENT['table_sim'],
     'predictor': PATIENT['predictor'],
 }
