@@ -2,8 +2,6 @@
 Run the tests of the nodes again and again, every other time with all cores busy: `make soak`.
 
     python test/ros/soak.py [RUNS] [ARGUMENTS FOR PYTEST...]
-
-Then the robot is attacked: 50 trials of each attack in `test_attacks.py`.
 """
 
 from collections.abc import Iterator
@@ -17,8 +15,6 @@ ROOT = Path(__file__).resolve().parents[2]
 LOGS = ROOT / 'log'
 HOW = ['-n', '3', '--dist', 'loadgroup', '--no-loadscope-reorder', '-m', 'ros', 'test/ros']
 """As in `make test`."""
-ATTACKS = ['-n', '2', '--dist', 'loadgroup', 'test/ros/test_attacks.py']
-TRIALS = 50
 
 
 @contextlib.contextmanager
@@ -33,13 +29,12 @@ def busy_cores(count: int) -> Iterator[None]:
             loop.wait()
 
 
-def outcome_of(arguments: list[str], log: Path, what: str, trials: int = 0) -> bool:
+def outcome_of(arguments: list[str], log: Path, what: str) -> bool:
     """Run tests, and say how they ended; return whether all passed."""
     with log.open('w') as file:
         code = subprocess.run(
             [sys.executable, '-m', 'pytest', *arguments],
             cwd=ROOT,
-            env={**os.environ, 'TRIALS': str(trials)},
             stdout=file,
             stderr=subprocess.STDOUT,
             check=False,
@@ -58,7 +53,6 @@ def main(runs: str = '20', *arguments: str) -> None:
         with busy_cores(cores):
             what = f'run {run} of {runs}, {cores} cores busy'
             failures += not outcome_of([*HOW, *arguments], LOGS / f'soak-{run}.log', what)
-    failures += not outcome_of(ATTACKS, LOGS / 'attacks.log', f'attacks, {TRIALS} trials', TRIALS)
     sys.exit(failures)
 
 

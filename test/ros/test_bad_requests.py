@@ -21,28 +21,14 @@ NAN, INF = math.nan, math.inf
 # what is set, to what, status, what the message must say
 BAD = [
     ('speed', 0.0, Status.INVALID_STROKE, 'speed must be finite and above 0 m/s, got 0.0'),
-    ('speed', -1.0, Status.INVALID_STROKE, 'got -1.0'),
     ('speed', NAN, Status.INVALID_STROKE, 'got nan'),
     ('speed', INF, Status.INVALID_STROKE, 'got inf'),
     ('cue_pose.position.x', NAN, Status.INVALID_STROKE, 'position.x must be finite, got nan'),
-    ('cue_pose.position.z', -INF, Status.INVALID_STROKE, 'position.z must be finite, got -inf'),
     (
         'cue_pose.orientation.w',
         NAN,
         Status.INVALID_STROKE,
         'cue_pose, speed: orientation must have the length 1, within 0.005, got (',
-    ),
-    (
-        'cue_pose.orientation.y',
-        INF,
-        Status.INVALID_STROKE,
-        'cue_pose, speed: orientation must have the length 1, within 0.005, got (',
-    ),
-    (
-        'cue_pose.orientation',
-        (0.0, 0.0, 0.0, 0.0),
-        Status.INVALID_STROKE,
-        'cue_pose, speed: orientation',
     ),
     (
         'cue_pose.orientation',
@@ -51,14 +37,11 @@ BAD = [
         'got (0.0, 0.0, 0.0, 0.5)',
     ),
     ('cue_pose.position.y', 0.1, Status.MISS, ''),
-    ('cue_pose.position.x', 0.1, Status.MISS, ''),
-    ('cue_pose.position.x', 1e300, Status.MISS, ''),
     ('cue_pose.orientation', (0.0, -0.05, 0.0, 1.0), Status.NEGATIVE_ELEVATION, 'elevation'),
     ('ball_position.x', NAN, Status.INVALID_REQUEST, 'ball_position.x must be from -10 to 10 m'),
     ('ball_position.y', 1e160, Status.INVALID_REQUEST, 'got 1e+160'),
     ('ball_position.z', -0.01, Status.INVALID_REQUEST, 'ball_position.z must be 0'),
     ('ball_position.z', 0.01, Status.INVALID_REQUEST, 'got 0.01 m'),
-    ('ball_position.z', 1.0, Status.INVALID_REQUEST, 'got 1.0 m'),
     ('header.frame_id', 'map', Status.INVALID_REQUEST, "frame_id must be 'table' or empty"),
     ('tolerance', -1e-4, Status.INVALID_REQUEST, 'tolerance must be finite'),
     ('tolerance', NAN, Status.INVALID_REQUEST, 'got nan'),

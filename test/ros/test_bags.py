@@ -15,13 +15,13 @@ from bags import content, kind_of, PAGE, recording, ROOT, SHARED, topics_of, typ
 from billiard_shot_msgs.msg import TableState
 from cell import PATIENT
 import numpy as np
-import rclpy
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.serialization import serialize_message
 from rosbags.interfaces import Nodetype, QosDurability
 from rosbags.rosbag2 import Reader
 from rosgraph_msgs.msg import Clock
 from visualization_msgs.msg import MarkerArray
+from waiting import spin_until
 
 from billiard_shot import Scene, Stroke
 from billiard_shot.cue.inputs import JointFeedback
@@ -69,7 +69,7 @@ def replay(bag, topics, node, copies):
                     durability=DurabilityPolicy[offered.durability.name],
                 ),
             )
-        assert until(
+        assert spin_until(
             node,
             lambda: all(each.get_subscription_count() for each in (clock, *publishers.values())),
         )
@@ -82,16 +82,6 @@ def replay(bag, topics, node, copies):
             clock.publish(now)
             publishers[connection.topic].publish(bytes(data))
     return clock, *publishers.values()
-
-
-def until(node, condition, seconds=180.0):
-    """Spin until something is true; False if it is not in time."""
-    end = time.monotonic() + seconds
-    while not condition():
-        if time.monotonic() > end:
-            return False
-        rclpy.spin_once(node, timeout_sec=0.05)
-    return True
 
 
 def ends_of(node):
@@ -218,7 +208,7 @@ def test_a_replayed_bag_is_shown_as_it_was(bag, node, launch):
 
     for _ in range(3):  # Fast DDS may never tell a listener of a publisher: then with new ones
         publishers = replay(bag, topics, node, lambda topic: topic.replace(SPACE, COPY))
-        if until(node, lambda: not differ(), 60.0):
+        if spin_until(node, lambda: not differ(), 60.0):
             break
         for each in publishers:
             node.destroy_publisher(each)

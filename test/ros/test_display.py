@@ -14,7 +14,6 @@ from billiard_shot_msgs.msg import BallState, CueState, TableState
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Point
 from paper import PAPER_SHOTS
-from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_msgs.msg import Bool, Header
 from visualization_msgs.msg import Marker, MarkerArray
 from waiting import PatientCaller, spin_until
@@ -23,9 +22,9 @@ import yaml
 from billiard_shot import Motion, predict, Scene, Stroke
 from billiard_shot.pictures.canvas import ball_colour, MOTIONS
 from billiard_shot.ros import table_display
+from billiard_shot.ros.node_runner import LATCHED
 
 ROOT = Path(__file__).resolve().parents[2]
-LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 NOW = Header(frame_id='table', stamp=Time(sec=3))
 TABLE = Scene.load('pool_table')
 NINE = Scene.load('nine_ball')

@@ -4,7 +4,6 @@ from dataclasses import fields
 from pathlib import Path
 import re
 import signal
-import subprocess
 import sys
 
 from programs import ran
@@ -37,16 +36,9 @@ def test_signals_end_a_node_with_exit_code_0(launch, node, name, number):
 
 def said_by(script, code=0):
     """Run a script until it ends with an exit code; return its output."""
-    ended = subprocess.run(
-        [sys.executable, '-c', script],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        timeout=PATIENCE,
-        check=False,
-    )
-    assert ended.returncode == code, ended.stdout
-    return ended.stdout
+    ended = ran([sys.executable, '-c', script], timeout=PATIENCE)
+    assert ended.returncode == code, ended.stderr
+    return ended.stdout + ended.stderr
 
 
 FINALIZED = """

@@ -484,6 +484,8 @@ def test_the_action_plays_a_turn(cell, server):
     assert place.wait_for_service()
     assert place.call(PlaceBalls.Request(balls=balls_message(BALLS)), repeatable=True).success
     assert cell.player.until(lambda: len(cell.player.table.balls) == 3, PATIENCE)
+    beyond = PlaceBalls.Request(balls=balls_message({**BALLS, '9': (1e160, 0.0)}))
+    assert "ball '9': position.x must be from" in place.call(beyond, repeatable=True).message
     refused = rule.call(RuleShot.Request(shot_id='another'), repeatable=True)
     assert not refused.success
     assert 'shot_id must be' in refused.message

@@ -27,7 +27,7 @@ NODES = {
         *('-r', 'table_state:=simulated_table'),
     ),
     'table_camera': ON_ROBOT_TABLE,
-    'table_tracker': (*ON_ROBOT_TABLE, '-p', 'lost_after:=1.5'),  # of a busy machine
+    'table_tracker': (*ON_ROBOT_TABLE, '-p', 'lost_after:=3.0'),  # of a busy machine
     'predictor': (),
 }
 BALLS = {'1': (1.245, 0.61), '3': (-1.245, -0.61), '6': (1.245, -0.61)}
@@ -50,3 +50,4 @@ def test_three_balls_are_cleared(cell):
     state = replace(start('practice', scene, seed=1, balls=3), balls=BALLS)
     turn, said = seen_turn(cell.player, scene, state)
     cleared(turn, said, cell)
+    assert '8 off the table' in next(each for each in said if 'put the balls' in each)

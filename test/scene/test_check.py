@@ -70,6 +70,7 @@ def test_all_mistakes_with_their_lines(bad):
         '  line 2: ball.mass must be a finite number above 0 and at most 2, got -0.17'
     )
     assert 'the nearest key is radius' in text
+    assert 'no position' not in text
     assert 'line 7: cue.mass is there twice, first in line 6' in text
     assert 'line 11: contacts.ball_table.duration is missing, and so is stiffness' in text
     assert (

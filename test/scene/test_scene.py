@@ -330,18 +330,6 @@ def test_a_name_is_accepted_wherever_a_scene_is():
         predict(7, stroke)
 
 
-def test_a_ball_on_a_cue_ball_that_has_no_place():
-    data = {'like': 'pool', 'balls': {'8': [0.01, 0]}}
-    with pytest.raises(ValueError, match=r"ball 'cue' has no position, so it lies at \[0, 0\]"):
-        Scene.from_dict(data)
-    placed = {**data, 'balls': {'8': [0.01, 0], 'cue': [0, 0]}}
-    with pytest.raises(
-        ValueError, match=r"mm from ball 'cue', which it overlaps by 47\.1 mm"
-    ) as refused:
-        Scene.from_dict(placed)
-    assert 'no position' not in str(refused.value)
-
-
 # --- the numbers of scenes by name: read, changed, and refused -----------------------------------
 
 SCENE = Scene.load('pool_table')

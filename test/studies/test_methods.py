@@ -25,7 +25,6 @@ from billiard_shot.status import Status
 from studies import methods
 from studies.closed_form import applies, closed_form
 from studies.impulse_scheme import solve_strike, two_balls
-from studies.impulse_scheme import solve_strike as impulse_strike
 from studies.problem import ContactProblem
 from studies.scipy_strike import ScipyStrike
 
@@ -102,31 +101,6 @@ def test_closed_form_is_for_level_strokes_only():
 def test_the_truth_is_what_scipy_finds(name, method):
     problem = ContactProblem.of(PAPER, methods.PAPER_STROKES[name])
     assert error(problem, ScipyStrike(problem, method).solve(1e-10)) < 1e-9
-
-
-@pytest.mark.parametrize('name', PROBLEMS)
-def test_impulse_scheme_is_of_first_order(name):
-    # Whether or not slip begins in between: friction is implicit.
-    problem = PROBLEMS[name]
-    model, stroke = problem.model, problem.stroke
-    exact = problem.motion(problem.adaptive(methods.FLOOR)[0])
-    steps = 10.0 ** -np.arange(2.0, 4.51, 0.25)
-    errors = []
-    for step in steps:
-        run = impulse_strike(
-            stroke.normal,
-            stroke.velocity,
-            model.cue_mass,
-            model.surface.mass,
-            model.surface.radius,
-            tuple(problem.friction),
-            tuple(problem.restitution),
-            1.5,
-            step * model.surface.mass * stroke.speed,
-        )
-        off = (run.velocities[1] - exact[0], model.surface.radius * (run.spins[1] - exact[1]))
-        errors.append(np.abs(off).max())
-    assert slope(steps, errors) == pytest.approx(1.0, abs=0.2)
 
 
 @pytest.mark.parametrize('name', PROBLEMS)
