@@ -80,8 +80,6 @@ SEEN = np.dtype([
 Seen: TypeAlias = NDArray[np.void]
 """Balls of a picture in no order, or a ball in successive pictures."""
 
-NOWHERE = np.empty((0, 2))
-
 
 class BallFinder:
     """
@@ -114,7 +112,7 @@ class BallFinder:
         far = np.linalg.norm(self._lifted(places) - self.camera.place, axis=1)
         return self.camera.focal * self.radius / far
 
-    def find(self, picture: Bytes, expected: Floats = NOWHERE) -> Seen:
+    def find(self, picture: Bytes) -> Seen:
         """
         Find the balls of a picture, without times.
 
@@ -122,12 +120,10 @@ class BallFinder:
         ----------
         picture : (height, width, 3) uint8 array
             RGB.
-        expected : (n, 2) float array, optional
-            Where balls may be, beside the spots of the picture [m].
 
         """
         gain = self.cloth.gain(picture)
-        places = np.concatenate([expected, self._propose(picture, gain)])
+        places = self._propose(picture, gain)
         places = places[self._distinct(places, SAME)]
         sigma = np.empty(len(places))
         for k in range(ROUNDS):

@@ -3,7 +3,7 @@ Tracks: which ball of a picture is which one of the pictures before.
 
 A ball is expected where its velocity takes it, and has its colour. All balls of a picture are
 matched at once, with the least sum of costs (Kuhn 1955, The Hungarian method). A hidden ball keeps
-its track, and is looked for in a circle that grows.
+its track, which goes on within a circle that grows.
 """
 
 from dataclasses import dataclass, field
@@ -55,8 +55,6 @@ class Path:
         In the order of their times.
     colour : (3,) float array
         Mean of the last sights [of 255].
-    spread : float
-        How far colours are from it, in the mean [of 255].
     velocity : (2,) float array
         Of the last two sights [m/s].
     name : str
@@ -66,7 +64,6 @@ class Path:
 
     seen: list[Any] = field(default_factory=list)
     colour: Floats = field(default_factory=lambda: np.zeros(3))
-    spread: float = COLOUR
     velocity: Floats = field(default_factory=lambda: np.zeros(2))
     name: str = ''
 
@@ -77,16 +74,13 @@ class Path:
 
     def add(self, sight: Any) -> None:
         """Add a sight."""
-        away = COLOUR
         if self.seen:
             last = self.seen[-1]
             self.velocity = (sight['place'] - last['place']) / max(
                 sight['time'] - last['time'], 1e-3
             )
-            away = float(np.linalg.norm(sight['colour'] - self.colour))
         self.seen.append(sight)
         weight = max(1.0 / len(self.seen), 0.05)
-        self.spread += weight * (away - self.spread)
         self.colour = self.colour + weight * (sight['colour'] - self.colour)
 
     def expected(self, time: float) -> Floats:
@@ -111,10 +105,6 @@ class Tracker:
     def __init__(self) -> None:
         self.paths: list[Path] = []
         self.unsure: dict[tuple[Path, Path], float] = {}
-
-    def expected(self, time: float) -> Floats:
-        """Return where balls are expected (n, 2) [m]."""
-        return np.array([path.expected(time) for path in self._alive(time)]).reshape(-1, 2)
 
     def _alive(self, time: float) -> list[Path]:
         """Return the paths that may go on."""
@@ -155,10 +145,9 @@ class Tracker:
         speed = np.array([[np.linalg.norm(path.velocity)] for path in paths])
         last = np.array([path.seen[-1]['place'] for path in paths])
         colours = np.array([path.colour for path in paths])
-        spreads = np.array([[max(path.spread, COLOUR)] for path in paths])
         off = np.linalg.norm(seen['place'] - expected[:, np.newaxis], axis=-1)
         way = np.linalg.norm(seen['place'] - last[:, np.newaxis], axis=-1)
-        other = np.linalg.norm(seen['colour'] - colours[:, np.newaxis], axis=-1) / spreads
+        other = np.linalg.norm(seen['colour'] - colours[:, np.newaxis], axis=-1) / COLOUR
         far = off / (NEAR + TURN * speed * np.minimum(since, LONGEST_GUESS))
         reach = GATE + FASTEST * np.minimum(since, LONGEST_GUESS)
         costs: Floats = np.minimum(far**2, MOST_FAR) + 2.0 * other**2 + 20.0 * off

@@ -2,8 +2,7 @@
 Balls in the pictures of a fixed camera, as the pictures come.
 
 The first pictures tell the table and the light on its cloth. Then each picture is searched for
-balls, near their expected places and where it differs from the cloth; the colours of the last
-seconds tell their names.
+balls where it differs from the cloth; the colours of the last seconds tell their names.
 """
 
 from collections.abc import Callable, Sequence
@@ -105,7 +104,7 @@ class WatchedTable:
         self, picture: Bytes, time: float, delays: Callable[[Floats], Any] = lambda pixels: 0.0
     ) -> None:
         """Track the balls of a picture of a time [s]; pixels (n, 2) are so much later (n,) [s]."""
-        seen = self._finder.find(picture, self.tracker.expected(time))
+        seen = self._finder.find(picture)
         seen['time'] = time + delays(seen['pixel'])
         self.tracker.add(seen, time)
 
