@@ -141,12 +141,11 @@ def find_table(picture: Bytes, scene: Scene, corners: Floats | None = None) -> F
         camera = replace(camera, half=half)
     except (ValueError, cv2.error) as error:
         raise NoTableError(f'no camera sees a table with these corners: {error}') from None
-    smooth = cv2.GaussianBlur(picture, (0, 0), 0.7).astype(np.float32)
-    holes, sights = outline.holes[:, :2], NO_SIGHTS
+    colours, holes, sights = picture.astype(np.float32), outline.holes[:, :2], NO_SIGHTS
     for number, reach in enumerate(SEARCHES):
-        edges = _noses(smooth, camera, half, outline.height, holes, reach)
+        edges = _noses(colours, camera, half, outline.height, holes, reach)
         if number > 0:
-            sights = _sights(smooth, camera, half, outline.height, len(holes) > 0)
+            sights = _sights(colours, camera, half, outline.height, len(holes) > 0)
         camera, errors = fit_camera(camera, half, outline.height, edges, sights)
     off = np.abs(errors)
     if not len(off) or np.median(off) > WORST_FIT:
