@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.distance import cdist
 
+from billiard_shot.film.cloth import Pixels
 from billiard_shot.film.lens import (
     Bytes,
     Camera,
@@ -265,14 +266,14 @@ def _even_colours(picture: Floats) -> Iterator[Bytes]:
         yield mask
 
 
-def _sampled(picture: Floats, pixels: Floats) -> Floats:
+def _sampled(picture: Pixels, pixels: Floats) -> Floats:
     """Return the colours (..., 3) at pixels (n, m, 2)."""
     maps = pixels.astype(np.float32)
     return cv2.remap(picture, maps[..., 0], maps[..., 1], cv2.INTER_LINEAR)
 
 
 def _noses(
-    picture: Floats,
+    picture: Pixels,
     camera: Camera,
     half: Floats,
     height: float,
@@ -310,7 +311,7 @@ def _noses(
     return Edges(*(np.concatenate(each) for each in zip(*found, strict=True)))
 
 
-def _sights(picture: Floats, camera: Camera, half: Floats, height: float, pockets: bool) -> Sights:
+def _sights(picture: Pixels, camera: Camera, half: Floats, height: float, pockets: bool) -> Sights:
     """Find the dots of the rails near their places; dots that stand elsewhere are left out."""
     at = [(x, y) for x in np.arange(-3, 4) / 4 for y in (-1.0, 1.0) if x or not pockets]
     at += [(x, y) for x in (-1.0, 1.0) for y in np.arange(-1, 2) / 2]
