@@ -135,13 +135,13 @@ def along_azimuth(model: StrikeModel, strokes: Array) -> Array:
 SIZES = np.array([0.2, 0.1, 0.08])  # of the largest cells: a and b (ball radii), elevation (rad)
 SPEED_RATIO = 2.0  # of the fastest and the slowest stroke of a cell
 LEVELS = 4  # sizes of cells, each half of the last
-CELL_STRIKES = 54  # exact strikes in a cell
+FITTED_STRIKES, HELD_OUT = 40, 14  # exact strikes in a cell
 # Their places in the cell, -1 to 1: the first are near its corners, where miscues begin. No two of
 # the first half of the corners, which are solved first, are neighbours.
 SIGNS = 2.0 * np.array(list(np.ndindex(*(2,) * len(VARIED)))) - 1.0
 CORNERS = 0.98 * SIGNS[np.argsort(-SIGNS.prod(axis=1), kind='stable')]
 PROBES = len(CORNERS) // 2
-INSIDE = 2.0 * quasi_random(CELL_STRIKES - len(CORNERS), len(VARIED)) - 1.0
+INSIDE = 2.0 * quasi_random(FITTED_STRIKES + HELD_OUT - len(CORNERS), len(VARIED)) - 1.0
 PLACES = np.concatenate([CORNERS, INSIDE])
 FEWEST = 24  # strokes of a search in a cell: with fewer, a fit does not pay
 LEAST_HALF = 1e-9  # of the half sizes of a box, if errors vanish
@@ -149,8 +149,7 @@ LEAST_HALF = 1e-9  # of the half sizes of a box, if errors vanish
 # out; strokes of which the nearest strike was left out are solved.
 CLOUD_STRIKES, FEWEST_REGULAR = 36, 24  # exact strikes in a cloud; of these, without deviations
 FEWEST_IN_CLOUD = 2 * CLOUD_STRIKES
-QUADRATIC, ALL_TERMS = EXPONENTS.sum(axis=1) <= 2, np.ones(TERMS, np.bool_)
-ANY_DEVIATION = np.full(MOTION, np.inf)  # is allowed in a cell: its errors decide
+QUADRATIC = EXPONENTS.sum(axis=1) <= 2
 DEVIATION = 0.3  # from the other strikes of a cloud: as a share of their scatter
 # Errors of a map that do not matter, in standard deviations of the player: in a search, and in the
 # trials whose success is stated. A shift by the second changes a success by at most 0.8 points,
@@ -179,8 +178,7 @@ class BoxFit(NamedTuple):
     """The strikes in a box along +x, over the speed of the cue; spins times radius."""
 
     coefficients: Array  # (TERMS, MOTION), see `StrikePolynomials`
-    # (MOTION,) root mean square in strikes that are left out one by one; infinite without a fit
-    errors: Array
+    errors: Array  # (MOTION,) root mean square in held-out strikes, or infinite
     regular: NDArray[np.bool_]  # (n,) the strikes that were fitted
     divides: bool  # whether smaller cells of it may be fitted
 
@@ -329,45 +327,55 @@ def bounds_of(sigmas: Array) -> Array:
 
 
 def fit_box(model: StrikeModel, box: Box) -> BoxFit:
-    """
-    Fit a polynomial to exact strikes in a box, and find its errors in strikes that it leaves out.
-
-    All strikes of a cell have to be regular. In a cloud a tip may touch the ball again, unless
-    that is a double hit. The strike of a cloud that deviates most from a fit of the others is left
-    out, until none deviates by more than `DEVIATION` of their scatter, or the bounds of the cloud.
-    If few are left, none is regular.
-    """
+    """Fit a polynomial to exact strikes in a box, and find its error in others."""
     strokes = np.zeros((len(box.places), 5))
     strokes[:, VARIED] = box.middle + box.half * box.places
+    terms = np.prod(box.places[:, np.newaxis] ** EXPONENTS, axis=2)
+    if box.bounds is not None:
+        return _fit_cloud(model, strokes, terms, box.bounds)
     parts = [strike_alone(model, strokes[:PROBES])]
-    if box.bounds is not None or parts[0].regular.all():
+    if parts[0].regular.all():
         parts.append(strike_alone(model, strokes[PROBES:]))
     struck = StrikeOutcomes(*(np.concatenate(each) for each in zip(*parts, strict=True)))
-    usable, used, fewest, bounds = ~struck.fails, QUADRATIC, FEWEST_REGULAR, box.bounds
-    if bounds is None:
-        usable, used, fewest, bounds = struck.regular, ALL_TERMS, CELL_STRIKES, ANY_DEVIATION
-    exact = np.column_stack(struck[:3]) / strokes[: len(usable), [SPEED]]
-    terms = np.prod(box.places[:, np.newaxis] ** EXPONENTS[used], axis=2)
-    found, errors = np.zeros((TERMS, MOTION)), np.full(MOTION, np.inf)
-    rows, regular = np.flatnonzero(usable), np.zeros(len(strokes), np.bool_)
-    while len(rows) >= fewest:
-        part = terms[rows]
+    regular = struck.regular
+    if not regular.all():
+        divides = bool(regular.mean() > 0.5)
+        return BoxFit(np.zeros((TERMS, MOTION)), np.full(MOTION, np.inf), regular, divides)
+    exact = np.column_stack(struck[:3]) / strokes[:, [SPEED]]
+    found: Array = np.linalg.pinv(terms[:FITTED_STRIKES]) @ exact[:FITTED_STRIKES]
+    errors: Array = terms[FITTED_STRIKES:] @ found - exact[FITTED_STRIKES:]
+    found[:, 3:6] /= model.surface.radius
+    return BoxFit(found, np.sqrt((errors**2).mean(axis=0)), regular, divides=True)
+
+
+def _fit_cloud(model: StrikeModel, strokes: Array, terms: Array, bounds: Array) -> BoxFit:
+    """
+    Fit a polynomial to the strikes of a cloud that agree with each other.
+
+    A tip may touch the ball again, unless that is a double hit. The strike that deviates most from
+    a fit of the others is left out, until none deviates by more than `DEVIATION` of their scatter,
+    or `bounds`. If few are left, none is regular.
+    """
+    struck = strike_alone(model, strokes)
+    exact = np.column_stack(struck[:3]) / strokes[:, [SPEED]]
+    rows, found = np.flatnonzero(~struck.fails), np.zeros((TERMS, MOTION))
+    regular = np.zeros(len(strokes), np.bool_)
+    while len(rows) >= FEWEST_REGULAR:
+        part = terms[np.ix_(rows, QUADRATIC)]
         inverse = np.linalg.pinv(part)
-        found[used] = inverse @ exact[rows]
+        found[QUADRATIC] = inverse @ exact[rows]
         # the errors if each strike in turn were not fitted
         own = np.einsum('ij,ji->i', part, inverse).clip(max=0.99)
-        apart = (part @ found[used] - exact[rows]) / (1.0 - own)[:, np.newaxis]
-        inside = np.square(apart[len(CORNERS) :])  # few strokes are near the corners of a cell
-        errors = np.sqrt(inside.mean(axis=0))
+        errors = (part @ found[QUADRATIC] - exact[rows]) / (1.0 - own)[:, np.newaxis]
         allowed = np.maximum(bounds, DEVIATION * exact[rows].std(axis=0))
-        deviation = (np.abs(apart) / allowed).max(axis=1)
+        deviation = (np.abs(errors) / allowed).max(axis=1)
         worst = deviation.argmax()
         if deviation[worst] <= 1.0:
             regular[rows] = True
             break
         rows = np.delete(rows, worst)
     found[:, 3:6] /= model.surface.radius
-    return BoxFit(found, errors, regular, divides=bool(usable.mean() > 0.5))
+    return BoxFit(found, np.zeros(MOTION), regular, divides=False)
 
 
 def _cells_of(strokes: Array, level: int) -> tuple[list[Cell], NDArray[np.int64], list[int]]:
@@ -395,11 +403,11 @@ def predict_within_noise(
     Predict many strokes at once, as accurately as the errors of the player call for.
 
     Where at least 24 strokes are alike, their strikes come from a polynomial that was fitted to
-    exact strikes, if strikes that a fit leaves out agree with it within a fifth of the player's
-    errors. Other strikes are solved. Rebounds of lying balls are interpolated: 95 % of them err by
-    less than 0.5 % of the ball's speed. Trajectories err by at most the displacement that the
-    error of the azimuth causes over 2 m, or 1 mm. Single strokes can differ from `predict`, whose
-    answer is exact; shares of many strokes agree, see docs/batches.md.
+    exact strikes, if held-out strikes agree with it within a fifth of the player's errors. Other
+    strikes are solved. Rebounds of lying balls are interpolated: 95 % of them err by less than
+    0.5 % of the ball's speed. Trajectories err by at most the displacement that the error of the
+    azimuth causes over 2 m, or 1 mm. Single strokes can differ from `predict`, whose answer is
+    exact; shares of many strokes agree, see docs/batches.md.
 
     Parameters
     ----------
