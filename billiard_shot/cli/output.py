@@ -285,7 +285,7 @@ def _draw(text: str) -> None:
 @contextmanager
 def interruptible() -> Iterator[Callable[[], bool]]:
     """
-    Let the first Ctrl+C in the block end a search; the second one ends the program.
+    Let the first Ctrl+C in the block end a piece of work; the second one ends the program.
 
     Yields
     ------

@@ -12,7 +12,7 @@ import tempfile
 from typing import ClassVar
 
 from billiard_shot import Scene
-from billiard_shot.cli.output import DONE
+from billiard_shot.cli.output import DONE, interruptible
 from billiard_shot.cli.person import Quit
 from billiard_shot.cli.rate import PEOPLE, run_outs, TEN_RACKS, TEST
 from billiard_shot.cli.shots import OfNoise
@@ -256,4 +256,9 @@ def _finish(record: RackRecord, scene: Scene, options: argparse.Namespace) -> No
         winner = record.state.get('winner')
         print('nobody wins' if winner is None else _wins(_names(record)[winner]))
     if options.pages and record.shots:
-        print(write_rack(record, scene, options.pages))
+        # A Ctrl+C within matplotlib can be lost: Python drops what a callback of `weakref` raises.
+        with interruptible() as pressed:
+            page = write_rack(record, scene, options.pages, pressed)
+        if pressed():
+            raise KeyboardInterrupt
+        print(page)

@@ -1,6 +1,6 @@
 """A rack as pages; the table of a game, drawn with characters."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from html import escape
 from itertools import product
 from pathlib import Path
@@ -97,7 +97,9 @@ STYLE = (
 )
 
 
-def write_rack(record: RackRecord, scene: Scene, folder: Path) -> Path:
+def write_rack(
+    record: RackRecord, scene: Scene, folder: Path, stop: Callable[[], bool] = lambda: False
+) -> Path:
     """
     Write the pages of a rack that was played with `simulated`: each shot, and a list of all.
 
@@ -111,6 +113,8 @@ def write_rack(record: RackRecord, scene: Scene, folder: Path) -> Path:
         On which it was played.
     folder : Path
         Is made if it is not there.
+    stop : callable
+        Asked before each page and picture: if true, the list is written, and no more of them.
 
     Returns
     -------
@@ -131,9 +135,11 @@ def write_rack(record: RackRecord, scene: Scene, folder: Path) -> Path:
         folder.mkdir(parents=True, exist_ok=True)
         try:
             shots = [shot for _, shot in replayed(record, scene)]
-            _write_pages(folder, shots, texts)
+            _write_pages(folder, shots, texts, stop)
             if has_matplotlib():
                 for number, shot in enumerate(shots, 1):
+                    if stop():
+                        break
                     figure = new_figure(*PANEL_SIZE)
                     draw_panel(figure.subplots(), shot)
                     save(figure, folder / _name(number, 'png'))
@@ -144,10 +150,14 @@ def write_rack(record: RackRecord, scene: Scene, folder: Path) -> Path:
     return folder / LIST
 
 
-def _write_pages(folder: Path, shots: Sequence[Shot], texts: Sequence[str]) -> None:
+def _write_pages(
+    folder: Path, shots: Sequence[Shot], texts: Sequence[str], stop: Callable[[], bool]
+) -> None:
     """Write the page of each shot, and the file with the core."""
     (folder / CORE).write_text(core_script(), encoding='utf-8')
     for number, (shot, text) in enumerate(zip(shots, texts, strict=True), 1):
+        if stop():
+            break
         links = {'All shots': LIST}
         if number > 1:
             links['← Previous'] = _name(number - 1)
