@@ -170,15 +170,20 @@ def thrown_within(
     if paths.high - paths.low < NARROW_PATHS:
         return paths
     ahead, low, high = paths
-    for k in range(PATH_STEPS + 1):
-        if thrown_beside(seen, aim, ahead + low * k / PATH_STEPS, into) > half:
-            low *= max(k - 1, 0) / PATH_STEPS
-            break
-    for k in range(PATH_STEPS + 1):
-        if thrown_beside(seen, aim, ahead + high * k / PATH_STEPS, into) > half:
-            high *= max(k - 1, 0) / PATH_STEPS
-            break
+    low *= part_thrown(seen, aim, ahead, low, into, half)
+    high *= part_thrown(seen, aim, ahead, high, into, half)
     return Directions(ahead, low, high)
+
+
+@inner
+def part_thrown(
+    seen: TableView, aim: Aim, ahead: float, end: float, into: float, half: float
+) -> float:
+    """Part of the way to an end of the paths on which the throw stays, see `thrown_within`."""
+    for k in range(PATH_STEPS + 1):
+        if thrown_beside(seen, aim, ahead + end * k / PATH_STEPS, into) > half:
+            return max(k - 1, 0) / PATH_STEPS
+    return 1.0
 
 
 @inner
