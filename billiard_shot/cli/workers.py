@@ -113,8 +113,10 @@ class _Worker(SpawnProcess):
                 super().start()
             else:  # until `begin_work` runs, a terminal's Ctrl+C would reach the process as well
                 before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-                super().start()
-                signal.pthread_sigmask(signal.SIG_SETMASK, before)
+                try:
+                    super().start()
+                finally:
+                    signal.pthread_sigmask(signal.SIG_SETMASK, before)
         if pressed():
             raise KeyboardInterrupt
 
