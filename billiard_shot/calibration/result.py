@@ -116,7 +116,7 @@ def write_yaml(
 
 
 def comment_on(estimate: Estimate) -> str:
-    """Say what is known of a number: its interval, and the shots that decide it."""
+    """Say the interval of a number, and which shots decide it."""
     if estimate.interval is None:
         return KEPT
     low, high = estimate.interval

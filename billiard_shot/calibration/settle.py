@@ -124,7 +124,7 @@ def settled(
         Scales of errors [m] until the last horizon, which leave no sample out; by default scales
         are those of the errors.
     work : Work, optional
-        Is told what is done.
+        Is told each step.
     elsewhere : callable
         Returns, for a fit whose numbers stay and a seed, numbers that are better, if there are
         any, and doubts.
@@ -133,7 +133,7 @@ def settled(
     -------
     JointFit
     doubts : list of str
-        Why the numbers do not stay, or those of `elsewhere`; empty if there are none.
+        The reasons if the numbers do not stay, else the doubts of `elsewhere`.
 
     """
     work = work or Work(problem.mapped)

@@ -290,10 +290,8 @@ class SimulatorFit(NamedTuple):
     fitted, held_out : list of Samples
     horizons : sequence of float
         Of the fit of the table [s], ascending.
-    mapped : callable
-        Does the task.
-    say : callable
-        Called with what is done.
+    work : Work
+        Does the work, and is told each step.
 
     """
 

@@ -36,7 +36,7 @@ ESTIMATES = (
     output.Column('converged'),
 )
 MOST_IGNORED = 10
-"""How many reasons for what is ignored are printed."""
+"""Most reasons that are printed why shots are ignored."""
 
 
 @dataclass(frozen=True)
@@ -173,7 +173,7 @@ class OfErrors:
 
 
 def _print_estimates(result: Any, options: argparse.Namespace) -> None:
-    """Print the numbers of a player or a machine, and what is said about them."""
+    """Print the numbers of a player or a machine, and the sentences about them."""
     output.print_rows(COLUMNS, [row_of(each) for each in result.estimates], options)
     if output.wants_text(options):
         print('', *result.about, sep='\n')
@@ -344,13 +344,13 @@ class OfConversion:
 
 
 def run_convert(options: argparse.Namespace) -> int:
-    """Write the file, and say what was left out."""
+    """Write the file, and name the shots that are left out."""
     recording = read_recording(options.recording)
     write_csv(recording, options.output)
     for text in recording.ignored:
         print(f'ignored: {text}')
     print(f'{len(recording.shots)} shots in {options.output}')
-    return 0
+    return output.DONE
 
 
 convert = Subcommand((OfConversion(),), run_convert)

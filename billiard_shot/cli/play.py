@@ -256,7 +256,7 @@ def _finish(record: RackRecord, scene: Scene, options: argparse.Namespace) -> No
         winner = record.state.get('winner')
         print('nobody wins' if winner is None else _wins(_names(record)[winner]))
     if options.pages and record.shots:
-        # A Ctrl+C within matplotlib can be lost: Python drops what a callback of `weakref` raises.
+        # Python drops errors in callbacks of `weakref`. Matplotlib has many: Ctrl+C could be lost.
         with interruptible() as pressed:
             page = write_rack(record, scene, options.pages, pressed)
         if pressed():

@@ -300,10 +300,8 @@ def replayed(record: RackRecord, scene: Scene) -> Iterator[tuple[PlayedShot, Sho
     for shot in record.shots:
         if shot.offsets:  # the rules of its game do not count, and may not be there
             own = scene_for(scene, record.players[shot.state['player']])
-            at, stroke = (
-                replace(own, balls=shot.state['balls']),
-                Stroke.from_offsets(*shot.offsets),
-            )
+            at = replace(own, balls=shot.state['balls'])
+            stroke = Stroke.from_offsets(*shot.offsets)
             errors = agent_errors(record.seed, record.number, shot.state['shots'])
             yield shot, predict(at, at.noise.perturb(stroke, errors, at.ball.radius))
 

@@ -134,7 +134,8 @@ class _Problem(NamedTuple):
         """
         Whether a stroke of offsets and elevations (n, 3) moves the ball towards the wanted motion.
 
-        Only such a motion comes nearer than rest to it. There is none straight down.
+        If none does so, rest is the motion that is nearest to the wanted one. Straight down, the
+        cloth stops every ball.
         """
         strokes = np.column_stack([offsets, np.ones(len(offsets))])
         return bool((self.project(strokes)[2] > 0.0).any())

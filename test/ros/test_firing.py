@@ -82,7 +82,7 @@ class Shell(NamedTuple):
         return bool(STARVED.search(str(error)))
 
     def prepare(self) -> None:
-        """Put the cue ball back, which would roll out of reach, and clear what a test has left."""
+        """Put the cue ball back, which would roll out of reach, and undo the changes of a test."""
         for service in self.services:
             self.trigger(service)
 
