@@ -312,7 +312,7 @@ def test_a_library_that_is_loaded_counts_as_used(copied):
 
 def test_an_unknown_target_is_named(capsys, tmp_path, monkeypatch):
     from billiard_shot.cli import main
-    from billiard_shot.cli.compile import TARGETS
+    from billiard_shot.cli.exports import TARGETS
 
     monkeypatch.setenv('BILLIARD_SHOT_CACHE', str(tmp_path))
     assert main(['compile', 'vax']) == 2

@@ -54,7 +54,9 @@ SCENES = {
     'show': 'print a scene with all its default values',
     'list': 'list the bundled scenes',
 }
-HOMES = {'view': 'pages', 'explore': 'pages'}
+HOMES = {'view': 'pages', 'explore': 'pages'} | dict.fromkeys(
+    ('compile', 'export', 'urdf', 'completion'), 'exports'
+)
 GROUPS = {
     'study': ('STUDY', STUDIES),
     'calibrate': ('WHAT', CALIBRATIONS),
