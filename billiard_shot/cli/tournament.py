@@ -71,9 +71,7 @@ class OfTournament:
     players : NAME
         Two of %(AGENTS)s, or modules; one for a game of one player.
     racks : N
-        Number of racks (default: %(RACKS)d).
-    quick : bool
-        Play %(QUICK)d racks.
+        Number of racks (default: %(default)d).
     output : FILE.jsonl
         Append each rack to this file; racks that are in it are not played again.
     json : bool
@@ -82,11 +80,8 @@ class OfTournament:
     """
 
     AGENTS: ClassVar = ', '.join(agent_names())
-    RACKS: ClassVar = 100
-    QUICK: ClassVar = 10
     players: list[str] = option(default=('player', 'greedy'))
-    racks: int | None = whole_number(minimum=1, default=None)
-    quick: bool = False
+    racks: int = whole_number(minimum=1, default=100)
     output: Path | None = option('-o')
     json: bool = False
 
@@ -97,11 +92,10 @@ OPTIONS = OfGame(), OfTournament(), OfNoise(), OfWork(os.cpu_count() or 1)
 def run(options: argparse.Namespace) -> int:
     """Play and print; after Ctrl+C, the racks so far. ValueError for an invalid request."""
     find_own_modules()
-    count = options.racks or (OfTournament.QUICK if options.quick else OfTournament.RACKS)
     players = tuple(options.players[: find_game(options.game).players])
     pairing = Pairing(options.game, scene_from(options), players, options.seed, options.balls)
     check_pairing(pairing)
-    racks = _known(options.output, pairing, count)
+    count, racks = options.racks, _known(options.output, pairing, options.racks)
     numbers = [number for number in range(count) if number not in racks]
     code = DONE
     try:
