@@ -28,7 +28,7 @@ from billiard_shot.scene.errors import must_be_one_of
 from billiard_shot.scene.fields import whole
 from billiard_shot.scene.placement import CUE_BALL, head_string, Place
 from billiard_shot.scene.player import A, AZIMUTH, B, ELEVATION, with_errors
-from billiard_shot.shot.play import play
+from billiard_shot.shot.play import play_strokes
 from billiard_shot.shot.stroke import Stroke, vectors_of
 from billiard_shot.table.model.motion import NOTHING
 from billiard_shot.table.run.states import TableStates
@@ -336,7 +336,7 @@ class PracticeVectorEnv(VectorEnv[Any, Any, Any]):
         sigmas = scene.noise.sigmas(radius)
         errors = sigmas * self.np_random.standard_normal((self.num_envs, 5))
         strokes = with_errors(strokes_of(scene, actions), errors)
-        played = play(scene, *vectors_of(strokes), tables)
+        played = play_strokes(scene, *vectors_of(strokes), tables)
         fallen = (played.pocket != NOTHING)[:, 1:].sum(axis=1)
         scratched = (played.pocket[:, cue] != NOTHING) | played.off_table.any(axis=1)
         missed = played.first_met[:, cue] == NOTHING

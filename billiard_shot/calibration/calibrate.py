@@ -8,6 +8,7 @@ import math
 
 import numpy as np
 
+from billiard_shot.calibration import settle
 from billiard_shot.calibration.fit import (
     at_bounds,
     BETTER,
@@ -23,7 +24,7 @@ from billiard_shot.calibration.fit import (
     rescaled,
     searched,
     sought_in,
-    whole,
+    with_all_samples,
 )
 from billiard_shot.calibration.launch import (
     calibration_model,
@@ -41,15 +42,14 @@ from billiard_shot.calibration.recording import (
     usable_shots,
 )
 from billiard_shot.calibration.result import Calibration, Check, Estimate, searched_check
-from billiard_shot.calibration.settle import LEAST_SHOTS, Progress, ROUNDS, settled, STEPS, Work
 from billiard_shot.calibration.simulator import (
     fit_to_simulator,
     MOST_STEPS,
     RATIO,
     recording_of,
     SHOTS,
-    Simulator,
     SimulatorFit,
+    TrackSimulator,
     without_obstacles,
 )
 from billiard_shot.scene import fields, Noise, Scene, SceneLike
@@ -83,7 +83,7 @@ below the first one, and one that confirms it below the second one.
 
 
 def calibrate(
-    recordings: Recordings | Simulator,
+    recordings: Recordings | TrackSimulator,
     scene: SceneLike | None = None,
     *,
     names: Sequence[str] | None = None,
@@ -91,7 +91,7 @@ def calibrate(
     horizon: float = HORIZON,
     seed: int = 1,
     executor: Executor | None = None,
-    progress: Callable[[Progress], object] | None = None,
+    progress: Callable[[settle.FitProgress], object] | None = None,
     noise: Noise | None = None,
     shots: int = SHOTS,
 ) -> Calibration:
@@ -105,7 +105,7 @@ def calibrate(
 
     Parameters
     ----------
-    recordings : Recording, str, Path, or sequence of these; or Simulator
+    recordings : Recording, str, Path, or sequence of these; or TrackSimulator
         Recordings of one table, or their files, see `read_recording`. Or a simulator, which is
         asked for shots, see `recording_of`, and with which models are compared, see
         simulator.py.
@@ -123,7 +123,7 @@ def calibrate(
     executor : concurrent.futures.Executor, optional
         Does the work; by default this thread does.
     progress : callable, optional
-        Called with a `Progress`.
+        Called with a `FitProgress`.
     noise : Noise, optional
         Errors of the strokes of a simulator, or of a robot that is called as one. By default there
         are none: whoever plays for the scene may have others, those of its `noise`.
@@ -162,20 +162,22 @@ def calibrate(
     count = round(share * len(usable))
     tested, used = ([usable[k] for k in sorted(part)] for part in (order[:count], order[count:]))
     hint = '; --held-out 0 (held_out=0) holds none out' if count else ''
-    check_enough(len(used), LEAST_SHOTS, 'usable shots beside those held out', ignored, hint)
+    check_enough(
+        len(used), settle.LEAST_SHOTS, 'usable shots beside those held out', ignored, hint
+    )
     mapped: MapFunction = map if executor is None else executor.map
     if exact is not None:
         wanted = [each.name for each in sought] + ([RATIO] if names is None else [])
-        work = Work(mapped, progress, MOST_STEPS)
+        work = settle.Work(mapped, progress, MOST_STEPS)
         task = SimulatorFit(read[0], wanted, used, tested, horizons, work)
         result = fit_to_simulator(task, exact, scene.noise)
         return replace(result, ignored=tuple(ignored))
-    stages = len(horizons) + ROUNDS
-    work = Work(mapped, progress, stages * len(used) + 2 * len(tested))
+    stages = len(horizons) + settle.ROUNDS
+    work = settle.Work(mapped, progress, stages * len(used) + 2 * len(tested))
     model = calibration_model(scene, read)
     launches = [Launch(each, prior_of(each)[0]) for each in used]
     begin = FitProblem(model, sought, horizons[0], mapped)
-    found, doubts = settled(
+    found, doubts = settle.fit_settled(
         begin,
         begin.start,
         launches,
@@ -185,7 +187,7 @@ def calibrate(
         elsewhere=partial(looked_elsewhere, work),
     )
     work.reach(stages * len(used))
-    found = decided(found, STEPS, work.say_error)
+    found = decided(found, settle.STEPS, work.say_error)
     fitted = found.problem.model_at(found.values)
     checks, checks_before = (_checked(by, tested, seed, work) for by in (fitted, model))
     estimates = estimates_of(found, sought)
@@ -228,7 +230,7 @@ def _horizons(last: float) -> list[float]:
 
 
 def looked_elsewhere(
-    work: Work, found: JointFit, seed: Sequence[int]
+    work: settle.Work, found: JointFit, seed: Sequence[int]
 ) -> tuple[Floats | None, list[str]]:
     """
     Return numbers elsewhere that fit some of the shots better; None if there are none.
@@ -240,11 +242,11 @@ def looked_elsewhere(
     """
     problem = found.problem
     doubts: list[str] = []
-    launches = whole(found.launches[:WITNESSES])
+    launches = with_all_samples(found.launches[:WITNESSES])
 
     def cost(values: Floats, launches: Sequence[Launch]) -> float:
         there = problem._replace(model=problem.model_at(values), sought=())
-        return followed(there, np.zeros(0), whole(launches), FIRST_SCALES).cost
+        return followed(there, np.zeros(0), with_all_samples(launches), FIRST_SCALES).cost
 
     if not len(found.values):
         return None, []
@@ -258,7 +260,7 @@ def looked_elsewhere(
         if len(moved) < len(launches):
             continue  # these numbers cannot be
         there = rescaled(followed(problem, values, moved, FIRST_SCALES))
-        there = fit(there, STEPS, work.say_error)
+        there = fit(there, settle.STEPS, work.say_error)
         more = cost(there.values, there.launches) - least
         if more < -BETTER:
             return there.values, []
@@ -269,7 +271,7 @@ def looked_elsewhere(
 
 def unexplained(found: JointFit) -> list[str]:
     """Name the shots whose beginning is not explained, if these are too many."""
-    names, launches = [], whole(found.launches)
+    names, launches = [], with_all_samples(found.launches)
     for each in followed(found.problem, found.values, launches, found.scales).shots:
         samples = each.launch.samples.until(found.problem.horizon)
         ratios = each.errors**2 / (2.0 * (samples.sigma**2 + MODEL_SIGMA**2))
@@ -282,7 +284,7 @@ def unexplained(found: JointFit) -> list[str]:
 
 
 def _checked(
-    model: CalibrationModel, tested: Sequence[Samples], seed: int, work: Work
+    model: CalibrationModel, tested: Sequence[Samples], seed: int, work: settle.Work
 ) -> tuple[Check, ...]:
     """Predict shots that were not fitted; leave out those without any launch."""
     work.begin('shots held out')

@@ -631,7 +631,7 @@ def rescaled(found: JointFit) -> JointFit:
     return followed(found.problem, found.values, found.launches, scales)
 
 
-def whole(launches: Iterable[Launch]) -> tuple[Launch, ...]:
+def with_all_samples(launches: Iterable[Launch]) -> tuple[Launch, ...]:
     """Let all samples count, also those after which a path cannot be predicted."""
     return tuple(replace(each, until=np.inf) for each in launches)
 
@@ -706,7 +706,7 @@ def differing(found: JointFit, other: JointFit) -> list[str]:
     ]
 
 
-def bounds_of(found: JointFit) -> Floats:
+def interval_bounds(found: JointFit) -> Floats:
     """Return the bounds (2, common) of the intervals of the common numbers."""
     problem, reach = found.problem, reach_of(found)
     ruler = np.array([RULER.get(each.name, 0.0) for each in problem.sought])
@@ -719,7 +719,7 @@ def bounds_of(found: JointFit) -> Floats:
 
 def estimates_of(found: JointFit, sought: Sequence[Unknown]) -> tuple[Estimate, ...]:
     """Return the estimates of all numbers, also of those that the shots do not decide."""
-    low, high = bounds_of(found).tolist()
+    low, high = interval_bounds(found).tolist()
     decisive = np.argsort(-found.shares, axis=-1, kind='stable')[:, :DECISIVE].tolist()
     known = {each: k for k, each in enumerate(found.problem.sought)}
     estimates = []
@@ -743,7 +743,7 @@ def undecided(found: JointFit) -> list[Unknown]:
     A number is decided if its interval is narrower than the range of likely values, or does not
     hold the value with which the fit began. It is not if its range alone keeps it where it is.
     """
-    problem, (low, high) = found.problem, bounds_of(found)
+    problem, (low, high) = found.problem, interval_bounds(found)
     inside = (low <= problem.start) & (problem.start <= high)
     held = np.diag(found.covariance) * np.diag(problem.precision)  # 1: only the range is known
     parts = np.maximum(np.where(inside, (high - low) / problem.widths, 0.0), held / HELD)

@@ -38,11 +38,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from billiard_shot.calibration.recording import (
-    Command,
     Floats,
     Frame,
     Recording,
     Samples,
+    StrokeErrors,
     USUAL_SPINS,
 )
 from billiard_shot.cue.mechanism import Alignment
@@ -215,7 +215,7 @@ def states_of(model: CalibrationModel, samples: Samples, launches: Floats) -> Ta
     radius, count = scene.ball.radius, len(samples.balls)
     position = np.full((len(launches), count, 3), radius)
     moved = samples.rest + launches[:, PLACES:].reshape(-1, count, 2)
-    position[..., :2] = apart(scene, frame.to_table(moved))
+    position[..., :2] = moved_apart(scene, frame.to_table(moved))
     velocity, spin = np.zeros_like(position), np.zeros_like(position)
     if samples.command is not None:
         velocity[:, 0], spin[:, 0] = _strike(model, samples, launches[:, :PLACES])
@@ -230,7 +230,7 @@ def states_of(model: CalibrationModel, samples: Samples, launches: Floats) -> Ta
     return TableStates(samples.balls, position, velocity / frame.scale, spin / frame.scale)
 
 
-def sigmas_of(command: Command, radius: float) -> Floats:
+def sigmas_of(command: StrokeErrors, radius: float) -> Floats:
     """Return the deviations (5,) of a commanded stroke (ball radii, rad, m/s)."""
     return np.hypot(command.noise.sigmas(radius), 0.0 if command.measured else LEAST_ERRORS)
 
@@ -299,7 +299,7 @@ def contacts_of(model: CalibrationModel, samples: Samples, launch: Floats) -> Fl
     return np.array([event.time for event in run.events if event.kind in CONTACTS])
 
 
-def apart(scene: Scene, places: Floats) -> Floats:
+def moved_apart(scene: Scene, places: Floats) -> Floats:
     """Move balls (n, balls, 2) [m] out of each other, and out of the noses of a carom table."""
     diameter = 2.0 * scene.ball.radius + GAP
     one, other = np.triu_indices(places.shape[1], 1)

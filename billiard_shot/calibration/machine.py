@@ -17,13 +17,15 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
+from billiard_shot.calibration import launch
 from billiard_shot.calibration.fit import (
     ALIGNMENT,
-    bounds_of,
     decided,
+    estimates_of,
     fit,
     FitProblem,
     followed,
+    interval_bounds,
     JointFit,
     Launch,
     LEVEL,
@@ -31,24 +33,13 @@ from billiard_shot.calibration.fit import (
     Unknown,
     until_bent,
 )
-from billiard_shot.calibration.fit import estimates_of as numbers_of
-from billiard_shot.calibration.launch import (
-    calibration_model,
-    CalibrationModel,
-    FIRST_SCALES,
-    PLACES,
-    prior_of,
-    search_launches,
-    units,
-    ways_of,
-)
-from billiard_shot.calibration.player import estimates_of, with_noise
+from billiard_shot.calibration.player import noise_estimates, with_noise
 from billiard_shot.calibration.reader import read_recordings, Recordings
 from billiard_shot.calibration.recording import (
     check_enough,
-    Command,
     Floats,
     Samples,
+    StrokeErrors,
     usable_shots,
 )
 from billiard_shot.calibration.result import Estimate, write_yaml
@@ -155,14 +146,14 @@ class RobotErrors(NamedTuple):
     variances: Floats
     known: Floats
 
-    def command(self, radius: float) -> Command:
+    def command(self, radius: float) -> StrokeErrors:
         """Return a measured stroke with these errors."""
-        noise = Noise(*(units(radius) * np.sqrt(self.variances)).tolist())
-        return Command(noise, measured=True)
+        noise = Noise(*(launch.units(radius) * np.sqrt(self.variances)).tolist())
+        return StrokeErrors(noise, measured=True)
 
 
 def fitted_machine(
-    model: CalibrationModel, recorded: Sequence[Samples]
+    model: launch.CalibrationModel, recorded: Sequence[Samples]
 ) -> tuple[JointFit, RobotErrors]:
     """
     Find the numbers that strikes decide, and the robot's errors.
@@ -172,16 +163,16 @@ def fitted_machine(
     """
     radius = model.scene.ball.radius
     before = np.maximum(model.scene.noise.sigmas(radius), LEAST_ERRORS) ** 2
-    errors = RobotErrors(WIDE**2, np.zeros(PLACES))
+    errors = RobotErrors(WIDE**2, np.zeros(launch.PLACES))
     problem = FitProblem(model, SOUGHT, FIRST_HORIZON, map, careful=True)
     launches, draw = [], np.random.default_rng(0)  # nothing is drawn around commanded strokes
     for strike in recorded:
         samples = replace(strike.until(HORIZON), command=errors.command(radius))
-        best = search_launches(model, samples, FIRST_SCALES, FIRST_HORIZON, draw)
+        best = launch.search_launches(model, samples, launch.FIRST_SCALES, FIRST_HORIZON, draw)
         if len(best.costs):
             launches.append(until_bent(model, [], Launch(samples, best.launches[0])))
     shares = {each.samples.key: each.samples.share for each in launches}
-    found = fit(followed(problem, problem.start, launches, FIRST_SCALES), STEPS)
+    found = fit(followed(problem, problem.start, launches, launch.FIRST_SCALES), STEPS)
     for number in range(ROUNDS):
         if number == ROUNDS - 2:
             found = decided(found, 1, needed=[f'{ALIGNMENT}.{name}' for name in NEEDED])
@@ -204,18 +195,18 @@ def fitted_machine(
             share = NORMAL * shares[each.samples.key]
             seen = replace(each.samples, command=command, sigma=sigma + 0.0 * share, share=share)
             numbers = each.numbers.copy()
-            numbers[:PLACES] *= np.sqrt(old.variances / errors.variances)
+            numbers[: launch.PLACES] *= np.sqrt(old.variances / errors.variances)
             launches[k] = Launch(seen, numbers, each.until)
         problem = found.problem._replace(horizon=HORIZON if number else FIRST_HORIZON)
-        found = followed(problem, found.values, launches, np.full(len(FIRST_SCALES), sigma))
+        found = followed(problem, found.values, launches, np.full(len(launch.FIRST_SCALES), sigma))
         found = fit(found, STEPS if number == ROUNDS - 1 else 1)
     return found, robot_errors(found, errors, before)
 
 
 def _fitting(found: JointFit, fits: NDArray[np.bool_]) -> list[Launch]:
     """Leave out strikes that no stroke fits, and that with the least likely errors."""
-    squares = np.array([(each.numbers[:PLACES] ** 2).sum() for each in found.launches])
-    if squares.max() > chi2.ppf(LIKELY, PLACES) and fits.sum() > LEAST_STRIKES:
+    squares = np.array([(each.numbers[: launch.PLACES] ** 2).sum() for each in found.launches])
+    if squares.max() > chi2.ppf(LIKELY, launch.PLACES) and fits.sum() > LEAST_STRIKES:
         fits[squares.argmax()] = False
     return [each for each, is_fit in zip(found.launches, fits.tolist(), strict=True) if is_fit]
 
@@ -223,17 +214,17 @@ def _fitting(found: JointFit, fits: NDArray[np.bool_]) -> list[Launch]:
 def robot_errors(found: JointFit, errors: RobotErrors, before: Floats) -> RobotErrors:
     """Estimate the variances of errors anew, from those of the launches and those before."""
     unsure = [
-        np.diag(each.spread + each.follow @ found.covariance @ each.follow.T)[:PLACES]
+        np.diag(each.spread + each.follow @ found.covariance @ each.follow.T)[: launch.PLACES]
         for each in found.shots
     ]
     known = np.maximum((1.0 - np.array(unsure)).sum(axis=0), 0.0)
-    squares = sum(each.numbers[:PLACES] ** 2 for each in found.launches) * errors.variances
+    squares = sum(each.numbers[: launch.PLACES] ** 2 for each in found.launches) * errors.variances
     return RobotErrors((squares + BEFORE * before) / (known + BEFORE), known)
 
 
 def check_decided(found: JointFit) -> None:
     """Raise ValueError if a number is not decided without which a machine cannot play."""
-    low, high = bounds_of(found)
+    low, high = interval_bounds(found)
     reach = dict(zip(found.problem.sought, (0.5 * (high - low)).tolist(), strict=True))
     wide = {each.name.split('.')[1]: each for each in undecided(found)}
     if said := [
@@ -330,7 +321,7 @@ def calibrate_machine(
     """
     read = read_recordings(recordings)
     usable, ignored, tracking = usable_shots(scene, read)
-    model = replace(calibration_model(scene, read), measured=measured)
+    model = replace(launch.calibration_model(scene, read), measured=measured)
     recorded = [each for each in usable if each.shot.stroke is not None]
     check_enough(len(recorded), LEAST_STRIKES, 'strikes with strokes', ignored)
     starts = [model.frame(each).vectors_to_table(each.velocity) for each in recorded]
@@ -345,7 +336,7 @@ def calibrate_machine(
     own_errors = _robot_errors(scene, errors)
     return MachineCalibration(
         found.problem.model_at(found.values).alignment,
-        (*numbers_of(found, SOUGHT), *own_errors),
+        (*estimates_of(found, SOUGHT), *own_errors),
         with_noise(replace(scene, noise=replace(scene.noise, bias=Bias())), own_errors),
         _median_error(half.problem.model_at(half.values), held_out),
         _median_error(model, held_out),
@@ -391,20 +382,20 @@ def check_conventions(velocities: Floats, strokes: Sequence[Stroke]) -> None:
         )
 
 
-def _median_error(model: CalibrationModel, strikes: Sequence[Launch]) -> float:
+def _median_error(model: launch.CalibrationModel, strikes: Sequence[Launch]) -> float:
     """Return the median, over strikes, of the median error of strokes without errors [m]."""
     medians = []
     for each in strikes:
         samples = each.samples
-        places = ways_of(model, samples, prior_of(samples)[0][np.newaxis])[0]
+        places = launch.ways_of(model, samples, launch.prior_of(samples)[0][np.newaxis])[0]
         medians.append(np.median(np.linalg.norm(places - samples.place, axis=-1)))
     return float(np.median(medians))
 
 
 def _robot_errors(scene: Scene, errors: RobotErrors) -> tuple[Estimate, ...]:
     """Return the estimates of the robot's errors; those hardly told are the ones of the scene."""
-    sigmas = units(scene.ball.radius) * np.sqrt(errors.variances)
+    sigmas = launch.units(scene.ball.radius) * np.sqrt(errors.variances)
     sigmas = np.where(errors.known < LEAST_KNOWN, np.nan, sigmas)
     freedom, tail = np.maximum(errors.known, 1.0), 0.5 - 0.5 * LEVEL
     low, high = sigmas * np.sqrt(freedom / chi2.ppf([[1.0 - tail], [tail]], freedom))
-    return tuple(estimates_of('noise', scene.noise, sigmas, low, high))
+    return tuple(noise_estimates('noise', scene.noise, sigmas, low, high))

@@ -139,15 +139,15 @@ def errors_of(scene: Scene, errors: Floats) -> PlayerErrors:
     reach = student.ppf(1.0 - tail, count - 1) * sigmas / math.sqrt(count)
     low, high = np.sqrt((count - 1) / chi2.ppf([[1.0 - tail], [tail]], count - 1)) * sigmas
     estimates = (
-        *estimates_of('noise.bias', scene.noise.bias, means, means - reach, means + reach),
-        *estimates_of('noise', scene.noise, sigmas, low, high),
+        *noise_estimates('noise.bias', scene.noise.bias, means, means - reach, means + reach),
+        *noise_estimates('noise', scene.noise, sigmas, low, high),
     )
     about = f'Errors of a player in {count} strokes, measured minus commanded.'
     alike = correlated(covariance, count)
     return PlayerErrors(with_noise(scene, estimates), estimates, covariance, (about, *alike))
 
 
-def estimates_of(
+def noise_estimates(
     section: str, before: Noise | Bias, values: Floats, low: Floats, high: Floats
 ) -> Iterator[Estimate]:
     """Yield the estimates of a section of the scene; a value of NaN keeps the scene's number."""
@@ -237,7 +237,7 @@ def scale_of_errors(scene: Scene, recordings: Recordings, seed: int = 1) -> Play
     scale, (low, high) = most_likely_scale(tried)
     before = np.array([getattr(scene.noise, name) for name in IN_DEGREES])
     estimates = tuple(
-        estimates_of('noise', scene.noise, *(factor * before for factor in (scale, low, high)))
+        noise_estimates('noise', scene.noise, *(factor * before for factor in (scale, low, high)))
     )
     about = (
         f'Errors of a player in {len(tried)} watched shots: {scale:.3g} times those before, 95 %: '

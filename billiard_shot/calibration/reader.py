@@ -378,7 +378,7 @@ class _Frame(CheckedRecord):
 
 
 @dataclass(frozen=True, slots=True)
-class Description(CheckedRecord):
+class RecordingDescription(CheckedRecord):
     """
     The description of a recording: the content of a YAML file of its name, beside it.
 
@@ -421,7 +421,7 @@ def read_recording(path: str | Path) -> Recording:
     ----------
     path : str or Path
         A file .csv or .json, see reader.py. A file of the same name that ends in .yaml is its
-        `Description`.
+        `RecordingDescription`.
 
     Raises
     ------
@@ -459,13 +459,13 @@ def read_recordings(recordings: Recordings) -> list[Recording]:
     return read
 
 
-def _description(path: Path) -> Description:
+def _description(path: Path) -> RecordingDescription:
     if not path.exists():
-        return Description()
+        return RecordingDescription()
     document = read_document(path)
     mistakes = list(document.mistakes)
     try:
-        found = read(Description, document.data or {})
+        found = read(RecordingDescription, document.data or {})
     except InputError as error:
         mistakes += error.mistakes
     if mistakes:
@@ -473,7 +473,7 @@ def _description(path: Path) -> Description:
     return found
 
 
-def _named(shot: RecordedShot, about: Description) -> RecordedShot:
+def _named(shot: RecordedShot, about: RecordingDescription) -> RecordedShot:
     """Name the balls of a shot, and add its struck ball and its stroke with errors."""
     tracks = {about.balls.get(ball, ball): track for ball, track in shot.tracks.items()}
     if len(tracks) < len(shot.tracks):

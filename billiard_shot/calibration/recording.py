@@ -136,7 +136,7 @@ class Track:
         return Track(self.time[which], self.place[which], self.sigma[which])
 
 
-class Command(NamedTuple):
+class StrokeErrors(NamedTuple):
     """
     The errors with which a known stroke was executed.
 
@@ -177,9 +177,9 @@ class RecordedShot:
     start: float | None = None
 
     @property
-    def command(self) -> Command | None:
+    def command(self) -> StrokeErrors | None:
         """What tells the launch together with the stroke, if anything does."""
-        return None if self.stroke is None or self.noise is None else Command(self.noise)
+        return None if self.stroke is None or self.noise is None else StrokeErrors(self.noise)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -316,7 +316,7 @@ class Samples:
         Of the struck ball, estimated from its first samples [m/s].
     left_out : tuple of str
         Samples that are errors of the tracker.
-    command : Command, optional
+    command : StrokeErrors, optional
         What tells the launch together with the stroke of the shot.
     spins : (2, 3) float array
         Means and deviations of likely spins, as `USUAL_SPINS`.
@@ -338,7 +338,7 @@ class Samples:
     rest_sigma: Floats
     velocity: Floats
     left_out: tuple[str, ...] = ()
-    command: Command | None = None
+    command: StrokeErrors | None = None
     spins: Floats = field(default_factory=lambda: USUAL_SPINS)
 
     @property

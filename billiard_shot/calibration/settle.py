@@ -20,7 +20,7 @@ from billiard_shot.calibration.fit import (
     MapFunction,
     rescaled,
     searched,
-    whole,
+    with_all_samples,
 )
 from billiard_shot.calibration.launch import FIRST_SCALES
 from billiard_shot.calibration.recording import Floats
@@ -42,7 +42,7 @@ LEAST_SHOTS = 5
 """Number of shots that a fit needs."""
 
 
-class Progress(NamedTuple):
+class FitProgress(NamedTuple):
     """The step that is being done, and the part of all steps that is done."""
 
     text: str
@@ -56,7 +56,7 @@ class Work:
     def __init__(
         self,
         mapped: MapFunction,
-        progress: Callable[[Progress], object] | None = None,
+        progress: Callable[[FitProgress], object] | None = None,
         total: int = 0,
     ) -> None:
         self.mapped, self.text = mapped, ''
@@ -86,13 +86,13 @@ class Work:
 
     def _say(self, text: str) -> None:
         if self._progress is not None:
-            self._progress(Progress(text, self._done, self._total))
+            self._progress(FitProgress(text, self._done, self._total))
 
 
 Elsewhere = Callable[[JointFit, Sequence[int]], tuple[Floats | None, list[str]]]
 
 
-def settled(
+def fit_settled(
     problem: FitProblem,
     values: Floats,
     launches: Sequence[Launch],
@@ -146,7 +146,7 @@ def settled(
         adapts = stage <= last + 1 or is_new
         problem = problem._replace(horizon=horizons[min(stage, last)])
         work.begin(f'first {problem.horizon:g} s')
-        begun = launches if again and not is_new else whole(launches)
+        begun = launches if again and not is_new else with_all_samples(launches)
         ticking = problem._replace(mapped=work.ticking)
         moved = searched(ticking, values, begun, scales, (seed, stage), adapts)
         if len(moved) < LEAST_SHOTS:

@@ -17,6 +17,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
+from billiard_shot.calibration import launch
 from billiard_shot.calibration.fit import (
     at_bounds,
     estimates_of,
@@ -26,20 +27,9 @@ from billiard_shot.calibration.fit import (
     Launch,
     sought_in,
 )
-from billiard_shot.calibration.launch import (
-    calibration_model,
-    CalibrationModel,
-    contacts_of,
-    FIRST_SCALES,
-    PLACES,
-    prior_of,
-    sigmas_of,
-    spins_of,
-    units,
-)
 from billiard_shot.calibration.recording import Floats, RecordedShot, Recording, Samples, Track
 from billiard_shot.calibration.result import Calibration, Check, check_of
-from billiard_shot.calibration.settle import SETTLED, settled, Work
+from billiard_shot.calibration.settle import fit_settled, SETTLED, Work
 from billiard_shot.planning.problem import limits_of, raise_for_clearance
 from billiard_shot.scene import Noise, Scene, SceneLike
 from billiard_shot.scene.equipment import CUSHIONS
@@ -112,7 +102,7 @@ TRIED_HORIZON = 3.0
 TRIED_ROUNDS = 2
 """How often a fit is repeated at its last horizon while models compete, at most."""
 
-WIDE = np.full(len(FIRST_SCALES), 0.05)
+WIDE = np.full(len(launch.FIRST_SCALES), 0.05)
 """
 Scales of errors while numbers may be far from those of the simulator [m].
 
@@ -127,7 +117,7 @@ CLOSE = 1e-3
 """Errors of a prediction below this count as if they were as large [m]."""
 
 
-class Simulator(Protocol):
+class TrackSimulator(Protocol):
     """A function that plays a stroke, by simulation or with a robot."""
 
     def __call__(
@@ -159,7 +149,7 @@ class Simulator(Protocol):
         """
 
 
-def without_obstacles(simulator: Simulator, scene: Scene) -> Scene:
+def without_obstacles(simulator: TrackSimulator, scene: Scene) -> Scene:
     """
     Return the scene with a cue that passes through balls and cushions, if the simulator's does.
 
@@ -181,14 +171,14 @@ def without_obstacles(simulator: Simulator, scene: Scene) -> Scene:
 
 
 def recording_of(
-    simulator: Simulator, scene: SceneLike, shots: int = SHOTS, seed: int = 1
+    simulator: TrackSimulator, scene: SceneLike, shots: int = SHOTS, seed: int = 1
 ) -> Recording:
     """
     Record shots of a simulator, slow and fast ones, at a ball and at cushions.
 
     Parameters
     ----------
-    simulator : Simulator
+    simulator : TrackSimulator
     scene : Scene, str or Path
         Its table, the limits of its strokes, and its noise: the errors of the simulator.
     shots : int
@@ -259,7 +249,7 @@ def _tracks(lying: Mapping[str, Place], seen: Mapping[str, ArrayLike]) -> dict[s
     return tracks
 
 
-class Tried(NamedTuple):
+class TriedModel(NamedTuple):
     """A model that was fitted, and its predictions of commanded strokes that were held out."""
 
     words: str
@@ -307,13 +297,13 @@ class SimulatorFit(NamedTuple):
         sought = sought_in(scene, [self.recording], names)
         return FitProblem(self.model(scene), sought, FIRST_WAY, self.work.mapped)
 
-    def model(self, scene: Scene) -> CalibrationModel:
+    def model(self, scene: Scene) -> launch.CalibrationModel:
         """Return the model of a scene."""
-        return calibration_model(scene, [self.recording])
+        return launch.calibration_model(scene, [self.recording])
 
-    def checked(self, model: CalibrationModel) -> tuple[Check, ...]:
+    def checked(self, model: launch.CalibrationModel) -> tuple[Check, ...]:
         """Predict the strokes that were held out, from the command alone."""
-        return tuple(check_of(model, each, prior_of(each)[0]) for each in self.held_out)
+        return tuple(check_of(model, each, launch.prior_of(each)[0]) for each in self.held_out)
 
 
 def fit_to_simulator(task: SimulatorFit, scene: Scene, noise: Noise) -> Calibration:
@@ -355,7 +345,7 @@ def fit_to_simulator(task: SimulatorFit, scene: Scene, noise: Noise) -> Calibrat
         recordings=(task.recording.name,),
         doubts=tuple(_doubts(found, checks, before)),
         fitted=tuple(each.name for each in task.fitted),
-        spins=spins_of([]),
+        spins=launch.spins_of([]),
         checks=checks,
         checks_before=before,
         notes=tuple(notes),
@@ -371,10 +361,10 @@ def _fit_strike(task: SimulatorFit, scene: Scene) -> tuple[JointFit, list[Launch
     """
     names = [name for name in STRIKE_NAMES if name in task.names]
     model = task.model(scene)
-    launches = [Launch(each, prior_of(each)[0], known=True) for each in task.fitted]
+    launches = [Launch(each, launch.prior_of(each)[0], known=True) for each in task.fitted]
     firsts = []
     for each in launches:
-        contacts = contacts_of(model, each.samples, each.numbers)
+        contacts = launch.contacts_of(model, each.samples, each.numbers)
         samples = each.samples.until(float(contacts.min(initial=FIRST_WAY)))
         if len(samples.times):
             firsts.append(replace(each, samples=samples))
@@ -387,7 +377,7 @@ def _fit_strike(task: SimulatorFit, scene: Scene) -> tuple[JointFit, list[Launch
     for there in scenes:
         task.work.begin(f'cue, effects off: {_effects_off(there)}', 1)
         problem = task.problem(there, names)
-        tried.append(settled(problem, problem.start, firsts, [FIRST_WAY], wide=WIDE)[0])
+        tried.append(fit_settled(problem, problem.start, firsts, [FIRST_WAY], wide=WIDE)[0])
     strike = min(tried, key=lambda each: each.cost)
     free = [replace(each, known=False) for each in strike.launches]
     there = strike.problem.model_at(strike.values).scene
@@ -400,22 +390,22 @@ def _fit_strike(task: SimulatorFit, scene: Scene) -> tuple[JointFit, list[Launch
 
 def _fit_tables(
     task: SimulatorFit, scene: Scene, launches: Sequence[Launch]
-) -> tuple[JointFit, list[Tried]]:
+) -> tuple[JointFit, list[TriedModel]]:
     """Fit the table with each model, and the best one with all horizons; the best one first."""
     names = [name for name in task.names if name not in STRIKE_NAMES]
     rigid = [name for name in names if name != RATIO]
     horizons = [each for each in task.horizons if each < TRIED_HORIZON]
     horizons.append(min(TRIED_HORIZON, task.horizons[-1]))
 
-    def tried(there: Scene, words: str) -> Tried:
+    def tried(there: Scene, words: str) -> TriedModel:
         task.work.begin(f'table, {words}', 1)
         assert there.table is not None
         has_spring = there.table.cushion.frequency_ratio > 0.0
         problem = task.problem(there, names if has_spring else rigid)
-        found, _ = settled(
+        found, _ = fit_settled(
             problem, problem.start, launches, horizons, rounds=TRIED_ROUNDS, wide=WIDE
         )
-        return Tried(words, found, task.checked(found.problem.model_at(found.values)))
+        return TriedModel(words, found, task.checked(found.problem.model_at(found.values)))
 
     scenes = {model: _with_cushion(scene, model) for model in CUSHIONS}
     all_tried = [tried(there, model) for model, there in scenes.items()]
@@ -426,7 +416,7 @@ def _fit_tables(
     all_tried.sort(key=lambda each: each.score)
     best = all_tried[0]
     task.work.begin(f'table, {best.words}', 1)
-    found, _ = settled(
+    found, _ = fit_settled(
         best.found.problem, best.found.values, launches, task.horizons[-1:], wide=WIDE
     )
     return found, all_tried
@@ -443,24 +433,24 @@ def _with_cushion(scene: Scene, model: str) -> Scene:
     return replace(scene, table=replace(scene.table, cushion=other))
 
 
-def _model_error(task: SimulatorFit, model: CalibrationModel) -> ModelError:
+def _model_error(task: SimulatorFit, model: launch.CalibrationModel) -> ModelError:
     """
     Return the errors of strokes and places that would explain what the fit leaves.
 
     They are those of the launches that explain shots best, as root mean squares.
     """
     samples = task.held_out or task.fitted
-    free = [Launch(each, prior_of(each)[0]) for each in samples]
+    free = [Launch(each, launch.prior_of(each)[0]) for each in samples]
     problem = FitProblem(model, (), min(TRIED_HORIZON, task.horizons[-1]), task.work.mapped)
-    launches = followed(problem, np.zeros(0), free, FIRST_SCALES).launches
+    launches = followed(problem, np.zeros(0), free, launch.FIRST_SCALES).launches
     radius = model.scene.ball.radius
     command = samples[0].command
     assert command is not None
-    rows = np.array([each.numbers[:PLACES] for each in launches])
-    errors = np.sqrt((rows**2).mean(axis=0)) * sigmas_of(command, radius)
-    places = np.concatenate([each.numbers[PLACES + 2 :] for each in launches])
+    rows = np.array([each.numbers[: launch.PLACES] for each in launches])
+    errors = np.sqrt((rows**2).mean(axis=0)) * launch.sigmas_of(command, radius)
+    places = np.concatenate([each.numbers[launch.PLACES + 2 :] for each in launches])
     balls = np.sqrt((places**2).mean())
-    return ModelError(*np.append(units(radius) * errors, balls).tolist())
+    return ModelError(*np.append(launch.units(radius) * errors, balls).tolist())
 
 
 def _effects_off(scene: Scene) -> str:

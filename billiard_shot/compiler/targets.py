@@ -15,7 +15,7 @@ _MUSL = _LIBC / 'musl'
 LICENCE = _MUSL / 'COPYRIGHT'
 
 
-class Target(NamedTuple):
+class BuildTarget(NamedTuple):
     """A system that the library is built for."""
 
     suffix: str  # of the library's file
@@ -38,13 +38,13 @@ struct both __sincos_stret(double x) { struct both y; sincos(x, &y.sin, &y.cos);
 """
 _MAIN = 'int _DllMainCRTStartup(void *library, unsigned why, void *more) { return 1; }'
 TARGETS = {
-    'linux-x86_64': Target(
+    'linux-x86_64': BuildTarget(
         '.so', 'x86_64-linux-gnu', 'x86-64', 'x86_64-linux-musl', 'x86_64-linux-musl', _SHARED
     ),
-    'linux-aarch64': Target(
+    'linux-aarch64': BuildTarget(
         '.so', 'aarch64-linux-gnu', 'generic', 'aarch64-linux-musl', 'aarch64-linux-musl', _SHARED
     ),
-    'darwin-arm64': Target(
+    'darwin-arm64': BuildTarget(
         '.dylib',
         'arm64-apple-macosx11.0',
         'apple-m1',
@@ -53,7 +53,7 @@ TARGETS = {
         _SHARED,
         _SINCOS,
     ),
-    'windows-amd64': Target(
+    'windows-amd64': BuildTarget(
         '.dll',
         'x86_64-pc-windows-gnu',
         'x86-64',
@@ -62,7 +62,7 @@ TARGETS = {
         ('-shared', '-D__DEFINED_size_t'),
         _MAIN,
     ),
-    'wasm32': Target(
+    'wasm32': BuildTarget(
         '.wasm',
         'wasm32-unknown-unknown',
         'generic',
@@ -86,13 +86,13 @@ _OPTIONS = (
 )
 
 
-def compile_for(target: Target, code: bytes, entries: list[str]) -> bytes:
+def compile_for(target: BuildTarget, code: bytes, entries: list[str]) -> bytes:
     """
     Return the library for a target.
 
     Parameters
     ----------
-    target : Target
+    target : BuildTarget
     code : bytes
         The captured module, as bitcode.
     entries : list of str
@@ -124,7 +124,7 @@ def compile_for(target: Target, code: bytes, entries: list[str]) -> bytes:
     return _linked(target, machine.emit_object(module), exports)
 
 
-def _linked(target: Target, made: bytes, exports: list[str]) -> bytes:
+def _linked(target: BuildTarget, made: bytes, exports: list[str]) -> bytes:
     """Link an object file with the functions of musl that it calls."""
     headers = _MUSL / 'src' / 'include', _MUSL / 'src' / 'internal', _MUSL / 'arch' / 'generic'
     systems = _LIBC / 'include' / target.headers, _LIBC / 'include' / 'generic-musl'

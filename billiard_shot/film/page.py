@@ -12,7 +12,7 @@ import numpy as np
 from billiard_shot.film.drawing import outlined
 from billiard_shot.film.film import FilmResult, Shot
 from billiard_shot.film.lens import Bytes
-from billiard_shot.pictures.calibration import page_of
+from billiard_shot.pictures.calibration import styled_page
 from billiard_shot.pictures.view import write_text
 
 WIDEST, QUALITY = 1280, 80
@@ -51,7 +51,7 @@ def _write(path: Path, parts: Sequence[str], picture: Bytes, shots: Sequence[str
         '<code id="option">--corners</code></p>'
     )
     corners += _figure(picture, '', 'id="corners" ')
-    write_text(path, page_of([*parts, corners, *shots, own]))
+    write_text(path, styled_page([*parts, corners, *shots, own]))
 
 
 def drawn(result: FilmResult, shot: Shot) -> tuple[Bytes, str]:

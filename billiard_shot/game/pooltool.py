@@ -192,7 +192,7 @@ class Pooltool:
     def recorded(
         self, scene: Scene, stroke: Stroke, errors: np.random.Generator
     ) -> Mapping[str, Array]:
-        """Play a stroke with the noise of the scene. A `Simulator` of calibrations."""
+        """Play a stroke with the noise of the scene. A `TrackSimulator` of calibrations."""
         system = pt.continuize(self.play(scene, stroke, errors), dt=PERIOD, inplace=True)
         tracks = {}
         for name, ball in system.balls.items():

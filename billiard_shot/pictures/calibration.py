@@ -41,10 +41,10 @@ def write_report(calibration: Calibration, path: Path) -> None:
 
 def report_page(calibration: Calibration) -> str:
     """Make the page."""
-    return page_of(_content(calibration))
+    return styled_page(_content(calibration))
 
 
-def page_of(content: Iterable[str]) -> str:
+def styled_page(content: Iterable[str]) -> str:
     """Make a page of lines of HTML, in the style of the report."""
     template = files('billiard_shot.pictures') / 'page' / 'calibration.html'
     text = template.read_text(encoding='utf-8')

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from billiard_shot.planning import target_fields
 from billiard_shot.planning.problem import Flags, Problem, Target
 from billiard_shot.planning.score import (
     distance_penalty,
@@ -21,17 +22,6 @@ from billiard_shot.planning.score import (
     PENALTY_STEP,
 )
 from billiard_shot.planning.shots import shots
-from billiard_shot.planning.target_fields import (
-    ANY,
-    ball_there,
-    balls_field,
-    balls_there,
-    cue_ball_fits,
-    needs_pockets,
-    on_table,
-    pocket_field,
-    segment_field,
-)
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene
 from billiard_shot.scene.errors import InputError, Mistake, must_be, refused, unknown
@@ -62,7 +52,7 @@ class Rest(Target):
     must_rest = True
 
     def mistakes(self, scene: Scene) -> Iterator[Mistake]:
-        yield from cue_ball_fits(scene, 'rest', self.rest, self.radius)
+        yield from target_fields.cue_ball_fits(scene, 'rest', self.rest, self.radius)
 
     @property
     def point(self) -> Place:
@@ -93,7 +83,7 @@ class Pass(Target):
     radius: float = number('m', above=0, default=0.02)
 
     def mistakes(self, scene: Scene) -> Iterator[Mistake]:
-        yield from cue_ball_fits(scene, 'pass', self.passing, self.radius)
+        yield from target_fields.cue_ball_fits(scene, 'pass', self.passing, self.radius)
 
     @property
     def point(self) -> Place:
@@ -120,11 +110,11 @@ class Gate(Target):
 
     """
 
-    gate: tuple[Place, Place] = segment_field()
+    gate: tuple[Place, Place] = target_fields.segment_field()
 
     def mistakes(self, scene: Scene) -> Iterator[Mistake]:
         for end in self.gate:
-            yield from on_table(scene, 'gate', end)
+            yield from target_fields.on_table(scene, 'gate', end)
 
     @property
     def point(self) -> Place:
@@ -176,9 +166,9 @@ class Hit(Target):
     radius: float = number('m', above=0, default=0.005)
 
     def mistakes(self, scene: Scene) -> Iterator[Mistake]:
-        yield from ball_there(scene, 'hit', self.hit)
+        yield from target_fields.ball_there(scene, 'hit', self.hit)
         if self.at is not None:
-            yield from on_table(scene, 'at', self.at)
+            yield from target_fields.on_table(scene, 'at', self.at)
             if tuple(self.at) == scene.balls.get(self.hit):
                 allowed = f'beside the middle of ball {self.hit!r}'
                 yield Mistake(('at',), must_be(allowed, list(self.at), 'm'))
@@ -230,19 +220,21 @@ class Pot(Target):
 
     """
 
-    pot: tuple[str, ...] = balls_field()
-    pocket: tuple[str, ...] = pocket_field()
+    pot: tuple[str, ...] = target_fields.balls_field()
+    pocket: tuple[str, ...] = target_fields.pocket_field()
     leave: Place | None = point(nullable=True)
     radius: float = number('m', above=0, default=0.1)
 
     def mistakes(self, scene: Scene) -> Iterator[Mistake]:
-        yield from balls_there(scene, 'pot', self.pot)
-        yield from needs_pockets(scene, 'pocket')
+        yield from target_fields.balls_there(scene, 'pot', self.pot)
+        yield from target_fields.needs_pockets(scene, 'pocket')
         if self.leave is not None:
-            yield from cue_ball_fits(scene, 'leave', self.leave, self.radius, self.pot)
+            yield from target_fields.cue_ball_fits(
+                scene, 'leave', self.leave, self.radius, self.pot
+            )
 
     def concerns(self, ball: str) -> bool:
-        return ANY in self.pot or ball in self.pot
+        return target_fields.ANY in self.pot or ball in self.pot
 
     def penalties(self, problem: Problem, played: BatchRecording, fouls: Flags) -> Array:
         balls, pocket = np.array(problem.balls), played.balls['pocket']
@@ -269,7 +261,7 @@ class Pot(Target):
         return np.where(fell, left, missed + PENALTY_STEP)
 
     def judge(self, places: Mapping[str, Place]) -> tuple[bool, str]:
-        wanted = () if ANY in self.pot else self.pot
+        wanted = () if target_fields.ANY in self.pot else self.pot
         fallen = sorted(set(wanted) - set(places))
         if wanted and not fallen:
             return False, f'not reached: still on the table: {", ".join(wanted)}'
@@ -299,19 +291,19 @@ class Safe(Target):
 
     """
 
-    safe: tuple[str, ...] = balls_field()
-    against: tuple[str, ...] = balls_field(default=ANY)
+    safe: tuple[str, ...] = target_fields.balls_field()
+    against: tuple[str, ...] = target_fields.balls_field(default=target_fields.ANY)
     chance: float = number('', minimum=0, maximum=1, default=0.2)
     must_meet = True
     kind = 'safety'
 
     def mistakes(self, scene: Scene) -> Iterator[Mistake]:
-        yield from balls_there(scene, 'safe', self.safe)
-        yield from balls_there(scene, 'against', self.against)
-        yield from needs_pockets(scene, 'safe')
+        yield from target_fields.balls_there(scene, 'safe', self.safe)
+        yield from target_fields.balls_there(scene, 'against', self.against)
+        yield from target_fields.needs_pockets(scene, 'safe')
 
     def concerns(self, ball: str) -> bool:
-        return ANY in self.safe or ball in self.safe
+        return target_fields.ANY in self.safe or ball in self.safe
 
     def penalties(self, problem: Problem, played: BatchRecording, fouls: Flags) -> Array:
         outcomes = TableBatch(problem.names, played)
@@ -319,7 +311,7 @@ class Safe(Target):
         quiet = ~outcomes.to_cushion.any(axis=1) & (_fallen(problem, played) == 0)
         penalties[quiet] = PENALTY_STEP
         legal = np.flatnonzero(~fouls & ~quiet)
-        wanted = None if ANY in self.against else self.against
+        wanted = None if target_fields.ANY in self.against else self.against
         left = shots(problem.scene, outcomes.states.take(legal), wanted, problem.noise, workers=1)
         penalties[legal] = distance_penalty(left.best - self.chance)
         return penalties
@@ -339,21 +331,21 @@ class Break(Target):
 
     """
 
-    breaking: tuple[str, ...] = balls_field()
+    breaking: tuple[str, ...] = target_fields.balls_field()
     pots: int = whole_number(minimum=1, default=1)
     must_meet = True
     least_speed = 0.7  # slower breaks are not candidates
     kind = 'break'
 
     def mistakes(self, scene: Scene) -> Iterator[Mistake]:
-        yield from balls_there(scene, 'break', self.breaking)
+        yield from target_fields.balls_there(scene, 'break', self.breaking)
         others = len(scene.object_balls)
         if self.pots > others > 0:
             yield Mistake(('pots',), must_be(f'at most {others}, the balls', self.pots))
-        yield from needs_pockets(scene, 'break')
+        yield from target_fields.needs_pockets(scene, 'break')
 
     def concerns(self, ball: str) -> bool:
-        return ANY in self.breaking or ball in self.breaking
+        return target_fields.ANY in self.breaking or ball in self.breaking
 
     def penalties(self, problem: Problem, played: BatchRecording, fouls: Flags) -> Array:
         return PENALTY_STEP * np.maximum(self.pots - _fallen(problem, played), 0)

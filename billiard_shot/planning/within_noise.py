@@ -16,8 +16,8 @@ from billiard_shot.scene import Noise, Scene, SceneLike
 from billiard_shot.scene.errors import InputError
 from billiard_shot.scene.fields import read
 from billiard_shot.scene.player import A, AZIMUTH, B, NOISES, SPEED
+from billiard_shot.shot import play
 from billiard_shot.shot.effects import StrikeModel
-from billiard_shot.shot.play import Accuracy, play, prepared_scene, strike, StrokeBatch
 from billiard_shot.shot.stroke import playable_offsets, read_rows, vectors_of
 from billiard_shot.status import MISS, OK
 from billiard_shot.table.run.states import TableStates
@@ -32,13 +32,13 @@ from billiard_shot.table.strike.placement import (
     VARIED,
 )
 
-TRIALS = Accuracy(1e-3, checked=False)  # of the trials of finished plans
+TRIALS = play.Accuracy(1e-3, checked=False)  # of the trials of finished plans
 # m: while strokes are compared, trajectories may err by the displacement that the standard error
 # of the azimuth causes over this distance
 ORDINARY_PATH = 2.0
 
 
-def accuracy_within(sigmas: Array) -> Accuracy:
+def accuracy_within(sigmas: Array) -> play.Accuracy:
     """
     Find the accuracy that the errors of a player call for.
 
@@ -110,7 +110,7 @@ def strike_alone(
     model: StrikeModel, strokes: Array, tolerance: float = STRIKE_TOLERANCE
 ) -> StrikeOutcomes:
     """Strike the ball with strokes (n, 5), see `vectors_of`."""
-    cues = strike(model, *vectors_of(strokes), tolerance)
+    cues = play.solve_strikes(model, *vectors_of(strokes), tolerance)
     refused = cues['status'] >= MISS
     played = np.where(refused, np.nan, 1.0)
     regular = (cues['status'] == OK) & ~cues['miscue'] & (cues['hits'] == 1)
@@ -398,7 +398,7 @@ def predict_within_noise(
     offsets: ArrayLike,
     noise: str | Noise | Mapping[str, Any] | None = None,
     workers: int | None = None,
-) -> StrokeBatch:
+) -> play.StrokeBatch:
     """
     Predict many strokes at once, as accurately as the errors of the player call for.
 
@@ -437,7 +437,7 @@ def play_within_noise(
     sigmas: Array,
     tables: TableStates | None = None,
     workers: int | None = None,
-) -> StrokeBatch:
+) -> play.StrokeBatch:
     """
     Play strokes, mapping their strikes where maps are accurate enough.
 
@@ -452,7 +452,7 @@ def play_within_noise(
         As of `play`.
 
     """
-    prepared = prepared_scene(scene)
+    prepared = play.prepared_scene(scene)
     slower_than = math.inf if tables is not None else prepared.reaching
     maps = Maps(prepared.model, bounds_of(sigmas), slower_than)
 
@@ -463,4 +463,4 @@ def play_within_noise(
         return chain.from_iterable(in_threads(fit, len(boxes), workers))
 
     mapped, accuracy = maps.mapped(strokes, fitted), accuracy_within(sigmas)
-    return play(scene, *vectors_of(strokes), tables, accuracy, mapped, workers)
+    return play.play_strokes(scene, *vectors_of(strokes), tables, accuracy, mapped, workers)

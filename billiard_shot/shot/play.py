@@ -154,7 +154,7 @@ def task_of(
     )
 
 
-def strike(
+def solve_strikes(
     model: StrikeModel, normals: Array, velocities: Array, tolerance: float
 ) -> NDArray[np.void]:
     """Solve only strikes, at a cue ball alone on endless cloth; return (n,) CueRecord."""
@@ -283,7 +283,7 @@ class StrokeBatch(TableBatch, Shown):
         return own | super().columns()
 
 
-def play(
+def play_strokes(
     scene: Scene,
     normals: Array,
     velocities: Array,

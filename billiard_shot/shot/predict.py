@@ -134,7 +134,7 @@ def predict_batch(
     if len(n) != len(v):
         raise ValueError(f'velocities must have as many rows as normals, {len(n)}, got {len(v)}')
     tables = None if position is None else _with_cue_ball(scene, centre)
-    return play.play(scene, n, v, tables, play.Accuracy(tolerance))
+    return play.play_strokes(scene, n, v, tables, play.Accuracy(tolerance))
 
 
 def _centre(

@@ -17,10 +17,10 @@ from billiard_shot.calibration import reader
 from billiard_shot.calibration.calibrate import calibrate
 from billiard_shot.calibration.reader import read_csv, read_recording, read_recordings, write_csv
 from billiard_shot.calibration.recording import (
-    Command,
     Frame,
     RecordedShot,
     Recording,
+    StrokeErrors,
     Track,
     usable_shots,
 )
@@ -138,7 +138,7 @@ def test_the_description_names_balls_frame_scene_and_strokes(file):
     assert (list(shot.tracks), shot.struck, recording.scene) == (['cue', 'red'], 'cue', 'carom')
     assert shot.tracks['cue'].sigma.tolist() == [0.002]
     assert shot.stroke.offsets[4] == pytest.approx(2.0)
-    assert shot.command == Command(Noise(a=0.001, speed=0.05), measured=False)
+    assert shot.command == StrokeErrors(Noise(a=0.001, speed=0.05), measured=False)
     assert recording.frame == Frame(0.1, 0.0, math.pi / 2, 2.0, 1.001)
 
 

@@ -20,7 +20,7 @@ from billiard_shot.planning.within_noise import (
 from billiard_shot.scene import Noise
 from billiard_shot.scene.player import NOISES
 from billiard_shot.shot.effects import model_of
-from billiard_shot.shot.play import alone, play, strike, task_of
+from billiard_shot.shot.play import alone, play_strokes, solve_strikes, task_of
 from billiard_shot.shot.stroke import vectors_of
 from billiard_shot.table.run.task import run_tables
 from billiard_shot.table.strike.placement import FARTHEST, SOLVED
@@ -62,7 +62,7 @@ def test_maps_agree_with_exact_strikes(centre, share):
     radius = model.surface.radius
     there = found.number != SOLVED
     assert there.mean() > 0.9
-    exact = strike(model, *vectors_of(strokes), 1e-4)
+    exact = solve_strikes(model, *vectors_of(strokes), 1e-4)
     task = task_of(alone(model), *vectors_of(strokes), None, TRIALS, mapped=found)
     cues = run_tables(task._replace(until=0.0)).cues
     assert (cues['status'] == exact['status']).all()
@@ -161,9 +161,9 @@ def test_strokes_among_near_balls_are_mapped_if_they_reach_none():
     assert (found.number[~fast] != SOLVED).mean() > 0.9  # but for those in cells with few strokes
     careless = mapped(scene, strokes, near.sigmas)
     assert (careless.number[fast] != SOLVED).mean() > 0.5
-    exact = play(scene, *vectors_of(strokes), accuracy=TRIALS)
+    exact = play_strokes(scene, *vectors_of(strokes), accuracy=TRIALS)
     for each in (found, careless):  # who reaches others is solved in any case
-        fast = play(scene, *vectors_of(strokes), accuracy=TRIALS, mapped=each)
+        fast = play_strokes(scene, *vectors_of(strokes), accuracy=TRIALS, mapped=each)
         assert (fast.mapped == (strokes[:, 4] < limit)).all()
         assert (fast.status == exact.status).all()
         assert np.abs(fast.velocity - exact.velocity).max() < bounds_of(near.sigmas)[0]

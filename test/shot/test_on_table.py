@@ -19,7 +19,7 @@ from billiard_shot import (
     TableStates,
 )
 from billiard_shot.scene import Noise
-from billiard_shot.shot.play import play, prepared_scene, task_of, USUAL_ACCURACY
+from billiard_shot.shot.play import play_strokes, prepared_scene, task_of, USUAL_ACCURACY
 from billiard_shot.shot.stroke import vectors_of
 from billiard_shot.table.model.motion import Motion
 from billiard_shot.table.run.results import BallState, EventKind
@@ -249,7 +249,7 @@ def tables_and_strokes():
 
 def test_strokes_at_many_tables_are_those_of_predict():
     tables, strokes = tables_and_strokes()
-    batch = play(TABLE, *vectors_of(strokes), tables)
+    batch = play_strokes(TABLE, *vectors_of(strokes), tables)
     for i, row in enumerate(strokes.tolist()):
         lie = zip(NAMES, tables.position[i, :, :2].tolist(), tables.present[i], strict=True)
         scene = replace(TABLE, balls={name: tuple(xy) for name, xy, there in lie if there})
@@ -268,8 +268,8 @@ def test_strokes_at_many_tables_are_those_of_predict():
 
 def test_one_table_serves_all_strokes():
     tables, strokes = tables_and_strokes()
-    one = play(TABLE, *vectors_of(strokes), tables.take(slice(0, 1)))
-    many = play(TABLE, *vectors_of(strokes), tables.take(np.zeros(COUNT, int)))
+    one = play_strokes(TABLE, *vectors_of(strokes), tables.take(slice(0, 1)))
+    many = play_strokes(TABLE, *vectors_of(strokes), tables.take(np.zeros(COUNT, int)))
     assert (one.final_position == many.final_position).all()
     assert (one.status == many.status).all()
 
@@ -277,7 +277,7 @@ def test_one_table_serves_all_strokes():
 def test_a_table_without_a_cue_ball_is_missed():
     tables, strokes = tables_and_strokes()
     tables.present[2, 0] = False
-    batch = play(TABLE, *vectors_of(strokes), tables)
+    batch = play_strokes(TABLE, *vectors_of(strokes), tables)
     assert batch.status[2] == Status.MISS
     assert (batch.final_position[2, 1] == tables.position[2, 1]).all()
 
@@ -299,4 +299,4 @@ def test_the_cue_ball_must_come_first():
     normals, velocities = vectors_of(np.zeros((1, 5)))
     tables = TableStates(('1', 'cue'), [[(0.5, 0.0, TABLE.ball.radius), (0.0, 0.0, 0.0)]])
     with pytest.raises(ValueError, match="tables must have 'cue' first, got 1, cue"):
-        play(TABLE, normals, velocities, tables)
+        play_strokes(TABLE, normals, velocities, tables)

@@ -90,7 +90,7 @@ def take_off(params: BallClothParams, ball: BallRecord, tolerance: float) -> tup
 
 
 @inner
-def bounce(params: BallClothParams, ball: BallRecord) -> None:
+def bounce_on_cloth(params: BallClothParams, ball: BallRecord) -> None:
     """Let a ball that comes down to the cloth leave it again; after lumped bounces it stays."""
     lumped = ball.landing_speed > 0.0
     if lumped:

@@ -58,7 +58,7 @@ from billiard_shot.table.model.motion import (
 from billiard_shot.table.motion import cloth
 from billiard_shot.table.motion.ball_impact import collide_fixed, MIN_APPROACH_SPEED
 from billiard_shot.table.motion.boundaries import ARCS, FACINGS, HOLES, lands_off_table, OUTSIDE
-from billiard_shot.table.motion.flight import bounce, lumped_bounce_error, take_off
+from billiard_shot.table.motion.flight import bounce_on_cloth, lumped_bounce_error, take_off
 
 
 @inner
@@ -84,7 +84,7 @@ def end_segment(params: BallClothParams, ball: BallRecord) -> None:
     """Follow a ball's segment to its end, and make the change that ends it."""
     advance_ball(ball, ball.end)
     if ball.motion == FLIGHT:
-        bounce(params, ball)
+        bounce_on_cloth(params, ball)
         ball.cause = OWN
     else:
         ball.cause = ROLL_ON if cloth.snap_to_segment_end(params, ball) else OWN
@@ -117,7 +117,7 @@ def apply_cloth_response(params: BallClothParams, ball: BallRecord, tolerance: f
         ball.velocity[2] = 0.0
         return up if small else 0.0
     if up < 0.0:
-        bounce(params, ball)
+        bounce_on_cloth(params, ball)
         ball.bounces = 0
     return 0.0
 
@@ -156,7 +156,7 @@ def go_on(table: TableModel, s: Simulation, ball: BallRecord, cause: int) -> Non
     if up != 0.0 and ball.boundary_feature < HOLES and ball.boundary_time <= ball.time + lasting:
         ball.velocity[2] = up
         if up < 0.0:
-            bounce(params, ball)
+            bounce_on_cloth(params, ball)
             ball.bounces = 0
         error = begin_motion(table, s, ball, HOP_AT_CUSHION * table.tolerance)
     if ball.first_contact == NOTHING:

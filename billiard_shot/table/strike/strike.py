@@ -72,14 +72,14 @@ def solve_strike(
     reach = q.neighbour_reach if cue.others else -table.params.radius  # nothing is so near
     impact = gather(table, s, cues, number, Meeting(0.0, 0, THE_CUE, reach), room)
     room.tolerance[0] = CUE_IMPACT_TOLERANCE if cue.others else cue.tolerance
-    limits = limits_of(q, cue) if len(s.rules) > 0 else NO_LIMITS
+    limits = tip_limits(q, cue) if len(s.rules) > 0 else NO_LIMITS
     swing = swing_time(q)
     cluster.solve_bodies(table.params, impact, room, q.moves, q.interval, swing, limits, logs=True)
     return impact
 
 
 @inner
-def limits_of(q: CueParams, cue: CueRecord) -> TipLimits:
+def tip_limits(q: CueParams, cue: CueRecord) -> TipLimits:
     """
     Return the limits beyond which the strike of a trial has failed.
 
