@@ -22,7 +22,7 @@ from billiard_shot.pictures.canvas import (
     VERMILION,
 )
 from billiard_shot.pictures.table import draw_balls, draw_cue
-from billiard_shot.pictures.trails import Trails, trails_of, trails_of_run
+from billiard_shot.pictures.trails import Trails, trails_of
 from billiard_shot.scene import Effects, Scene
 from billiard_shot.scene.placement import CUE_BALL
 from billiard_shot.shot.predict import predict
@@ -55,7 +55,7 @@ def paper_shot(name: str) -> PaperShot:
         np.array(scene.cue_ball), np.array([*numbers[:2], 0.0]), np.array(numbers[3:])
     )
     run = simulate(scene, {CUE_BALL: start})
-    return PaperShot(name, shot, trails_of(shot), trails_of_run(scene, run))
+    return PaperShot(name, shot, trails_of(shot), Trails(scene, run))
 
 
 def draw_paper_shots(path: Path) -> None:
@@ -124,6 +124,6 @@ def _draw(axes: Any, row: PaperShot) -> None:
 
 def turn_to_roll(trails: Trails) -> tuple[float, float]:
     """Find the point (x, y) [m] where the cue ball begins to roll."""
-    mark = next(mark for mark in trails.marks if mark.kind == EventKind.ROLL)
+    mark = next(mark for mark in trails.run.events if mark.kind == EventKind.ROLL)
     x, y, _ = mark.position.tolist()
     return x, y

@@ -212,9 +212,9 @@ def _speeds(axes: Any, trails: Trails, history: History) -> None:
             label='its rim, turning',
         )
     axes.set(ylabel='speed (m/s)', ylim=(0.0, None))
-    for mark in trails.marks:
-        if mark.balls[0] == CUE_BALL and mark.kind in LABELLED:
-            axes.axvline(mark.time, color=BLACK, linewidth=0.6, linestyle=':')
+    for event in trails.run.events:
+        if event.balls[0] == CUE_BALL and event.kind in LABELLED:
+            axes.axvline(event.time, color=BLACK, linewidth=0.6, linestyle=':')
 
 
 def _spins(axes: Any, history: History) -> None:

@@ -197,12 +197,12 @@ def draw_trails(axes: Any, trails: Trails) -> None:
     for label in MOTION_VERBS.values():
         if label in styles:
             axes.plot([], [], linestyle=styles[label], color=GREY, linewidth=1.5, label=label)
-    for mark in trails.marks:
-        colour = colours.get(mark.balls[0], PALE_PATH)
-        if mark.kind in MARKS and colour != PALE_PATH:
-            marker, label = MARKS[mark.kind]
+    for event in trails.run.events:
+        colour = colours.get(event.balls[0], PALE_PATH)
+        if event.kind in MARKS and colour != PALE_PATH:
+            marker, label = MARKS[event.kind]
             axes.plot(
-                *mark.position[:2],
+                *event.position[:2],
                 marker,
                 color=colour,
                 markersize=4.5,

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 import math
 
 import numpy as np
@@ -29,43 +30,32 @@ class Piece:
     points: NDArray[np.float64]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Mark:
-    """Something that happened to balls [s], the centre of the first at a position (3,) [m]."""
-
-    balls: tuple[str, ...]
-    time: float
-    kind: EventKind
-    position: NDArray[np.float64]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Trails:
-    """
-    Paths and events of balls.
-
-    Attributes
-    ----------
-    scene : Scene
-    balls : mapping of str to Trajectory
-        By name, the cue ball first if there is one.
-    marks : tuple of Mark
-        In the order of time.
-    ghosts : tuple of (3,) float arrays
-        Positions of the cue ball as it met other balls [m].
-    first_contact : str or None
-        The first ball that the cue ball met.
-    until : float
-        Time up to which the balls are shown [s].
-
-    """
+    """Paths and events of the balls of a table that was simulated."""
 
     scene: Scene
-    balls: Mapping[str, Trajectory]
-    marks: tuple[Mark, ...]
-    ghosts: tuple[NDArray[np.float64], ...]
-    first_contact: str | None
-    until: float
+    run: TableRun
+
+    @property
+    def balls(self) -> Mapping[str, Trajectory]:
+        """The paths by name, the cue ball first if there is one."""
+        return self.run.balls
+
+    @cached_property
+    def ghosts(self) -> tuple[NDArray[np.float64], ...]:
+        """Positions of the cue ball (3,) as it met other balls [m]."""
+        met = (each for each in self.run.events if each.kind in MEETINGS)
+        times = [each.time for each in met if CUE_BALL in each.balls]
+        return tuple(self.balls[CUE_BALL].at(time).position for time in times)
+
+    @cached_property
+    def until(self) -> float:
+        """Time up to which the balls are shown [s]."""
+        return max(
+            ball.duration + (0.0 if ball.comes_to_rest else ENDLESS_SHOWN)
+            for ball in self.balls.values()
+        )
 
     def pieces(self, name: str) -> tuple[Piece, ...]:
         """Lines of a ball; empty if the ball never moves."""
@@ -90,26 +80,9 @@ class Trails:
         return None if Motion(int(state.motion)) in OFF_CLOTH else state.position
 
 
-def trails_of_run(scene: Scene, run: TableRun) -> Trails:
-    """Make trails of all balls of a table."""
-    marks = tuple(
-        Mark(tuple(event.balls), event.time, event.kind, event.position) for event in run.events
-    )
-    ghosts = (
-        tuple(
-            run.balls[CUE_BALL].at(event.time).position
-            for event in run.events
-            if event.kind in MEETINGS and CUE_BALL in event.balls
-        )
-        if CUE_BALL in run.balls
-        else ()
-    )
-    return Trails(scene, run.balls, marks, ghosts, run.first_met.get(CUE_BALL), _until(run.balls))
-
-
 def trails_of(shot: Shot) -> Trails:
     """Make trails of all balls of a shot; nothing moves if it is refused."""
-    return trails_of_run(shot.scene, shot.run)
+    return Trails(shot.scene, shot.run)
 
 
 def path_colours(trails: Trails, colours: Sequence[str], pale: str) -> dict[str, str]:
@@ -123,14 +96,12 @@ def path_colours(trails: Trails, colours: Sequence[str], pale: str) -> dict[str,
     told = moving
     if len(moving) > len(colours):
         gone = [name for name in moving if trails.end(name) is None]
-        told = [name for name in (CUE_BALL, trails.first_contact, *gone) if name in moving]
+        told = [
+            name
+            for name in (CUE_BALL, trails.run.first_met.get(CUE_BALL), *gone)
+            if name in moving
+        ]
     return dict.fromkeys(moving, pale) | dict(zip(dict.fromkeys(told), colours, strict=False))
-
-
-def _until(balls: Mapping[str, Trajectory]) -> float:
-    return max(
-        ball.duration + (0.0 if ball.comes_to_rest else ENDLESS_SHOWN) for ball in balls.values()
-    )
 
 
 def _pieces(ball: Trajectory, until: float) -> Iterator[Piece]:

@@ -23,7 +23,7 @@ from billiard_shot.pictures.table import (
     PALE_PATH,
     table_axes,
 )
-from billiard_shot.pictures.trails import ENDLESS_SHOWN, path_colours, trails_of, trails_of_run
+from billiard_shot.pictures.trails import ENDLESS_SHOWN, path_colours, Trails, trails_of
 from billiard_shot.planning.problem import limits_of
 from billiard_shot.planning.result import RankedStroke, sample_outcomes
 from billiard_shot.planning.targets import Pot
@@ -57,9 +57,8 @@ def test_lines_follow_the_ball():
                 assert before.points[-1] == pytest.approx(after.points[0], abs=1e-12)
 
 
-def test_what_happened_is_marked():
+def test_ghosts_touch_the_balls_that_the_cue_ball_meets():
     trails = trails_of(COMBINATION)
-    assert [mark.kind for mark in trails.marks] == [e.kind for e in COMBINATION.run.events]
     met = [
         event
         for event in COMBINATION.run.events
@@ -75,7 +74,6 @@ def test_what_happened_is_marked():
         assert min(gaps) == pytest.approx(2 * FROZEN.ball.radius, abs=1e-5)
     assert trails.end('8') is None  # pocketed
     assert trails.end('cue') == pytest.approx(COMBINATION.run.final_position['cue'])
-    assert EventKind.ROLL in {mark.kind for mark in trails_of(MASSE).marks}
 
 
 def test_a_refused_stroke_moves_nothing():
@@ -88,7 +86,7 @@ def test_a_refused_stroke_moves_nothing():
 def test_endless_motion_is_shown_for_a_while():
     scene = Scene.from_dict({'like': 'pool', 'cloth': {'rolling_resistance': 0}})
     run = simulate(scene, {'cue': BallState((0, 0, 0.028575), (1, 0, 0))})
-    trails = trails_of_run(scene, run)
+    trails = Trails(scene, run)
     assert trails.until == run.balls['cue'].duration + ENDLESS_SHOWN
     assert trails.pieces('cue')[-1].times[-1] == trails.until
 
@@ -162,7 +160,7 @@ def test_a_break_shows_what_matters():
     paths = path_colours(trails, colours, pale)
     told = [name for name, colour in paths.items() if colour != pale]
     gone = {name for name in trails.balls if trails.end(name) is None}
-    assert set(told) == {'cue', trails.first_contact} | gone
+    assert set(told) == {'cue', trails.run.first_met['cue']} | gone
     assert paths['cue'] == colours[0]
     assert len({paths[name] for name in told}) == len(told)
     assert len(paths) > 10
