@@ -8,7 +8,7 @@ from billiard_shot.impact import moving_bodies, state
 from billiard_shot.impact.friction import eliminate_sticking, set_forces
 from billiard_shot.impact.options import METHOD_OPTIONS, negligible_speed
 from billiard_shot.impact.taylor import fill_stick_forces
-from billiard_shot.records import record, Vector, Vector3
+from billiard_shot.records import Vector
 from billiard_shot.status import OK
 
 UNLIMITED = 1_000_000  # closings of a contact
@@ -20,36 +20,6 @@ class Units(NamedTuple):
     speed: float  # m/s
     impulse: float  # N s
     time: float  # s, if stiffnesses are in N/m^exponent
-
-
-@record
-class ContactProperties:
-    """A contact of a collision, before it begins."""
-
-    # The coefficient of friction at slip v is friction - fading (1 - exp(-decay v)).
-    friction: float
-    fading: float
-    decay: float  # s/m
-    # The restitution at the energy E of the peak is
-    # restitution / (1 + early_softening E^(1/2) + softening E).
-    restitution: float
-    early_softening: float  # 1/J^(1/2)
-    softening: float  # 1/J
-    stiffness: float  # N/m^exponent; see `Contact`
-    exponent: float
-    shear: float  # tangential stiffness relative to the normal one (friction.py); 0: rigid
-    # Only if the bodies are given:
-    body_a: int  # number of a ball or tip
-    body_b: int  # number of a ball, plane or edge
-    gap: float  # [m] between the bodies
-    tangent: Vector3  # whose part normal to the normal is the first tangent
-    keeps_normal: bool  # while it is pressed
-    max_closings: int  # how often it may close; 0: never
-    # If body a is a tip, and the contact is its shaft (integrator.py), which has a spring [N/m]
-    # and a dashpot [kg/s] and none of the other properties:
-    is_shaft: bool
-    spring: float
-    damping: float
 
 
 class TipLimits(NamedTuple):
@@ -111,7 +81,7 @@ class Collisions(NamedTuple):
 
     """
 
-    properties: list[ContactProperties]
+    properties: list[state.ContactProperties]
     law: int
     bodies: list[state.BodyState]
     delassus: Any
@@ -225,7 +195,7 @@ def set_limits(p: state.ImpactProgress, limits: TipLimits, time: float, length: 
 
 
 @inner
-def time_of(properties: ContactProperties, speed: float, mobility: float) -> float:
+def time_of(properties: state.ContactProperties, speed: float, mobility: float) -> float:
     """
     Time scale of a contact [s]: F = k y^exponent, u' = W F and y' = u are free of units.
 
@@ -238,10 +208,10 @@ def time_of(properties: ContactProperties, speed: float, mobility: float) -> flo
 @inner
 def start_contact(
     c: state.ContactState,
-    properties: ContactProperties,
+    properties: state.ContactProperties,
     velocity: Vector,
     units: Units,
-    fastest: ContactProperties,
+    fastest: state.ContactProperties,
     distances: bool,
     j: int,
 ) -> None:
@@ -268,15 +238,11 @@ def start_contact(
     c.peak_compression, c.restitution_end = 0.0, 0.0
     c.activation_impulse, c.negligible_compression = 0.0, 0.0
     c.slip_dir_1, c.slip_dir_2 = 0.0, 0.0
-    c.impulse[0] = c.impulse[1] = c.impulse[2] = 0.0
-    c.restitution_loss, c.friction_loss = 0.0, 0.0
-    c.final_slip, c.slid, c.slid_to_peak = 0.0, 0.0, 0.0
-    c.began, c.touched, c.lifted = 0.0, 0.0, 0.0
-    c.discontinuity_margin = inf
+    state.clear_results(c)
 
 
 @inner
-def start_shaft(c: state.ContactState, properties: ContactProperties, units: Units) -> None:
+def start_shaft(c: state.ContactState, properties: state.ContactProperties, units: Units) -> None:
     """Set the shaft of a cue to its state at the start of the collision: straight."""
     unit = units.impulse / units.speed  # kg
     c.spring = properties.spring * units.time * units.time / unit

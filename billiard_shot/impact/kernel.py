@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import inf, sqrt
+from math import sqrt
 import threading
 from typing import Any, NamedTuple
 
@@ -17,7 +17,9 @@ from billiard_shot.impact.integrator import end, integrate, logged_contacts
 from billiard_shot.impact.options import elastic_energy, METHOD_OPTIONS, POISSON
 from billiard_shot.impact.state import (
     BodyState,
+    clear_results,
     components,
+    ContactProperties,
     ContactState,
     HISTORY,
     ImpactProgress,
@@ -295,17 +297,6 @@ def finish_bodies(
 
 
 @inner
-def clear_result(result: ContactResult, length: float) -> None:
-    """Set a result to that of a contact at which nothing happens."""
-    result.impulse[0] = result.impulse[1] = result.impulse[2] = 0.0
-    result.restitution_loss, result.friction_loss = 0.0, 0.0
-    result.final_slip, result.slid, result.slid_to_peak = 0.0, 0.0, 0.0
-    result.began, result.touched, result.lifted = 0.0, 0.0, 0.0
-    result.discontinuity_margin, result.length = inf, length
-    result.closings = 0
-
-
-@inner
 def write_result(m: Model, c: ContactState, result: ContactResult, units: beginning.Units) -> None:
     """Write the result of a contact."""
     unit, speed = units.impulse, units.speed
@@ -378,7 +369,7 @@ def new_scratch(storage: Storage, count: int) -> Scratch:
 
 def _example(storage: Storage) -> tuple[Any, ...]:
     """Make one contact that approaches."""
-    properties = storage.records(beginning.ContactProperties, 1)
+    properties = storage.records(ContactProperties, 1)
     properties[0].stiffness, properties[0].exponent = 1.0, 1.0
     properties[0].max_closings = beginning.UNLIMITED
     one = beginning.Collisions(
@@ -419,8 +410,11 @@ def solve_collisions(given: beginning.Collisions, scratch: Scratch, results: Res
             finish(m, units, contacts, ws, p, results, number=i)
         else:
             for j in range(count):
-                length = given.lengths[i][j] if given.distances and m.bodies == 0 else 0.0
-                clear_result(results.contacts[i * count + j], length)
+                result = results.contacts[i * count + j]
+                clear_results(result)
+                has_length = given.distances and m.bodies == 0
+                result.length = given.lengths[i][j] if has_length else 0.0
+                result.closings = 0
             for b in range(m.bodies):
                 moving_bodies.store_body(results.bodies[i * m.bodies + b], ws, b)
         outcome = results.outcomes[i]
@@ -509,13 +503,13 @@ def solve_in_contact_space(
     """
     n, count = len(velocity), np.shape(properties.friction)[-1]
     storage = storage or solve_collisions.current().storage
-    given = ROWS.records(beginning.ContactProperties, n * count)
+    given = ROWS.records(ContactProperties, n * count)
     table = given.reshape(n, count)
     for name in ('friction', 'fading', 'decay', 'restitution', 'stiffness', 'exponent'):
         table[name] = getattr(properties, name)
     table['max_closings'] = beginning.UNLIMITED
     collisions = beginning.Collisions(
-        properties=storage.from_rows(beginning.ContactProperties, given),
+        properties=storage.from_rows(ContactProperties, given),
         law=properties.law,
         bodies=storage.records(BodyState, 0),
         delassus=storage.array(delassus),

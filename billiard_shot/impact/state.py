@@ -1,7 +1,7 @@
 """The state of a collision: a record for each contact, and the matrices that couple them."""
 
 from enum import IntEnum
-from math import exp, sqrt
+from math import exp, inf, sqrt
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
@@ -74,26 +74,45 @@ BALL_BODY, TIP_BODY, PLANE, EDGE = map(int, BodyKind)
 
 
 @record
-class ContactState:
+class ContactProperties:
+    """A contact of a collision, before it begins."""
+
+    # The coefficient of friction at slip v is friction - fading (1 - exp(-decay v)).
+    friction: float
+    fading: float
+    decay: float  # s/m
+    # The restitution at the energy E of the peak is
+    # restitution / (1 + early_softening E^(1/2) + softening E).
+    restitution: float
+    early_softening: float  # 1/J^(1/2)
+    softening: float  # 1/J
+    stiffness: float  # N/m^exponent; see `Contact`
+    exponent: float
+    shear: float  # tangential stiffness relative to the normal one (friction.py); 0: rigid
+    # Only if the bodies are given:
+    body_a: int  # number of a ball or tip
+    body_b: int  # number of a ball, plane or edge
+    gap: float  # [m] between the bodies
+    tangent: Vector3  # whose part normal to the normal is the first tangent
+    keeps_normal: bool  # while it is pressed
+    max_closings: int  # how often it may close; 0: never
+    # If body a is a tip, and the contact is its shaft (integrator.py), which has a spring [N/m]
+    # and a dashpot [kg/s] and none of the other properties:
+    is_shaft: bool
+    spring: float
+    damping: float
+
+
+@record
+class ContactState(ContactProperties):
     """
-    A contact of a collision: parameters, modes, the step's polynomials, results.
+    A contact of a collision: properties, modes, the step's polynomials, results.
 
     The axes of a contact are its normal and two tangents, numbered 1 and 2. A polynomial is one in
     x = time / scale, lowest coefficient first: coefficient 0 is the value now. Units are those of
-    `Options`.
+    `Options`, and stiffnesses are relative to that of the contact whose spring is fastest.
     """
 
-    friction: float  # coefficient without slip
-    fading: float  # largest reduction of the coefficient by slip; 0 if it is constant
-    decay: float  # the coefficient at slip v is friction - fading (1 - exp(-decay v))
-    spring: float  # that resists slip, with a dashpot, if the friction is ELASTIC
-    damping: float
-    shear: float  # tangential stiffness relative to the normal one (friction.py); 0: rigid
-    restitution: float
-    early_softening: float  # of the restitution, see `ContactProperties`
-    softening: float
-    stiffness: float  # relative to that of the contact whose spring is fastest
-    exponent: float  # of the spring: force = stiffness * compression**exponent
     normal_mode: int
     friction_mode: int
     # Relative to the approach: y' = -rate u_n; 0 if y of an open contact stays 0.
@@ -116,14 +135,10 @@ class ContactState:
     touched: float  # time that it was active in all
     discontinuity_margin: float  # least margin of a restitution decision, relative to the peak
     closings: int  # how often it became active
-    # If the bodies are those of moving_bodies.py: their numbers, the axes, the distance at which
-    # the contact closes next, and that at which bodies touch that are not dented.
-    body_a: int
-    body_b: int
+    # If the bodies are those of moving_bodies.py: the axes, the distance at which the contact
+    # closes next, and that at which bodies touch that are not dented.
     is_tip: bool  # whether body a is the tip of a cue
-    keeps_normal: bool  # while it is pressed
     is_turned: bool  # it has the normal of the moment at which it was about to slip
-    max_closings: int
     hold: int  # a `Hold`
     closing_distance: float
     reach: float
@@ -277,6 +292,16 @@ def workspace(storage: Storage, count: int, tableau: tuple[Any, ...]) -> Workspa
         bodies=storage.records(BodyState, 2 * count + 2),
         motion=zeros(2 * count + 2, 12, MAX_COEFFICIENTS),
     )
+
+
+@inner
+def clear_results(c: Any) -> None:
+    """Set the results of a contact, in its state or in a `ContactResult`, to those of nothing."""
+    c.impulse[0] = c.impulse[1] = c.impulse[2] = 0.0
+    c.restitution_loss, c.friction_loss = 0.0, 0.0
+    c.final_slip, c.slid, c.slid_to_peak = 0.0, 0.0, 0.0
+    c.began, c.touched, c.lifted = 0.0, 0.0, 0.0
+    c.discontinuity_margin = inf
 
 
 @inner

@@ -12,8 +12,8 @@ import numpy as np
 
 from billiard_shot.compiled import inner
 from billiard_shot.impact import kernel
-from billiard_shot.impact.beginning import Collisions, ContactProperties, NO_LIMITS, TipLimits
-from billiard_shot.impact.state import BodyState, PhaseLog
+from billiard_shot.impact.beginning import Collisions, NO_LIMITS, TipLimits
+from billiard_shot.impact.state import BodyState, ContactProperties, PhaseLog
 from billiard_shot.numerics import rounding
 from billiard_shot.numerics.vectors import dot
 from billiard_shot.records import Storage

@@ -14,9 +14,8 @@ from math import sqrt
 from typing import Any, NamedTuple
 
 from billiard_shot.compiled import inner
-from billiard_shot.impact.beginning import ContactProperties
 from billiard_shot.impact.kernel import Results, Scratch
-from billiard_shot.impact.state import BALL_BODY, BodyState, EDGE, PLANE
+from billiard_shot.impact.state import BALL_BODY, BodyState, ContactProperties, EDGE, PLANE
 from billiard_shot.numerics.vectors import dot, unit
 from billiard_shot.records import Floats
 from billiard_shot.table.contacts.balls import friction_of_balls

@@ -4,8 +4,8 @@ from math import inf
 from typing import Annotated, Any, NamedTuple
 
 from billiard_shot.compiled import inner
-from billiard_shot.impact.beginning import ContactProperties, UNLIMITED
-from billiard_shot.impact.state import BodyState, TIP_BODY
+from billiard_shot.impact.beginning import UNLIMITED
+from billiard_shot.impact.state import BodyState, ContactProperties, TIP_BODY
 from billiard_shot.numerics.vectors import contact_axes
 from billiard_shot.records import Floats, record, Vector, Vector3
 
