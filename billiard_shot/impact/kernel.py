@@ -435,9 +435,6 @@ class Properties:
     stiffness: Sequence[float] | NDArray[np.float64]  # N/m^exponent; see `Contact`
     law: int  # see laws.py
     exponent: Sequence[float] | NDArray[np.float64] | float = 1.0
-    # The coefficient at slip v is friction - fading (1 - exp(-decay v)); decay in s/m.
-    fading: Sequence[float] | NDArray[np.float64] | float = 0.0
-    decay: Sequence[float] | NDArray[np.float64] | float = 0.0
 
 
 class Solved(NamedTuple):
@@ -505,7 +502,7 @@ def solve_in_contact_space(
     storage = storage or solve_collisions.current().storage
     given = ROWS.records(ContactProperties, n * count)
     table = given.reshape(n, count)
-    for name in ('friction', 'fading', 'decay', 'restitution', 'stiffness', 'exponent'):
+    for name in ('friction', 'restitution', 'stiffness', 'exponent'):
         table[name] = getattr(properties, name)
     table['max_closings'] = beginning.UNLIMITED
     collisions = beginning.Collisions(
