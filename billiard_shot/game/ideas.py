@@ -144,6 +144,7 @@ def _tried(scene: Scene, strokes: Array, samples: int, draw: np.random.Generator
 
 
 SPEED_FACTORS = 0.75, 1.0, 1.4, 2.0  # relative to the speed of the direct shot
+BREAK_FACTORS = 3.2, 4.5  # with which a rack is broken that follows another one
 # a and b, relative to the largest offset of the robot: stun, draw and follow, and side spin
 TIP_OFFSETS = (
     (0.0, 0.0),
@@ -184,8 +185,10 @@ def pots(
         As of `rate`.
 
     """
-    scene = position.scene
-    offsets, shot = _aimed(scene, direct, which, tips)
+    state, scene, _ = position
+    racked = state.game.reracked and len(state.object_balls) == len(state.game.balls)
+    factors = SPEED_FACTORS + (BREAK_FACTORS if racked else ())
+    offsets, shot = _aimed(scene, direct, which, tips, factors)
     if not len(shot):
         return []
     turns = AIM_CHANGES * (
@@ -218,10 +221,14 @@ def pots(
 
 
 def _aimed(
-    scene: Scene, direct: DirectShots, which: NDArray[np.int64], tips: int
+    scene: Scene,
+    direct: DirectShots,
+    which: NDArray[np.int64],
+    tips: int,
+    factors: tuple[float, ...],
 ) -> tuple[Array, NDArray[np.int64]]:
     """Make strokes (n, 5) of several speeds and spins, and the numbers (n,) of their shots."""
-    grid = np.array([(a, b, factor) for a, b in TIP_OFFSETS[:tips] for factor in SPEED_FACTORS])
+    grid = np.array([(a, b, factor) for a, b in TIP_OFFSETS[:tips] for factor in factors])
     shot = np.repeat(which, len(grid))
     offsets = direct.offsets[shot].copy()
     a, b, factor = np.tile(grid, (len(which), 1)).T

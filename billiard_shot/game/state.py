@@ -656,6 +656,8 @@ class Game:
         False for a game on a table without pockets.
     decisive : str
         Ball that stays on the table until the rack is decided; '' for none.
+    reracked : int
+        Number of object balls with which the others are racked again; 0 if they never are.
 
     """
 
@@ -673,6 +675,7 @@ class Game:
     goal: int = 0
     pockets: bool = True
     decisive: str = ''
+    reracked: int = 0
 
 
 def game_names() -> list[str]:

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from billiard_shot.game.next_rack import run_goes_on
 from billiard_shot.game.referee import settled
 from billiard_shot.game.state import Call, Game, Outcome, Ruling, State
 from billiard_shot.planning.plan import cue_ball_at, places_all_over
@@ -264,7 +265,10 @@ def _extra_of(
 
 
 def best_next(
-    direct: DirectShots, left: NDArray[np.int64], extra: NDArray[np.int64]
+    direct: DirectShots,
+    left: NDArray[np.int64],
+    extra: NDArray[np.int64],
+    then: Array | float = 1.0,
 ) -> tuple[Array, NDArray[np.int64]]:
     """
     Choose the next shot of each table: a hard ball that can be potted costs no more than others.
@@ -275,6 +279,8 @@ def best_next(
         Of the tables.
     left, extra
         As of `shots_left`.
+    then : (n,) float array, optional
+        Chances that are multiplied with those of the shots.
 
     Returns
     -------
@@ -285,9 +291,10 @@ def best_next(
 
     """
     saved = extra[direct.table, direct.ball]
-    order = np.lexsort((worth(direct, extra), direct.table))  # the last one of a table stays
+    # The last one of a table stays.
+    order = np.lexsort((worth(direct, extra) * then, direct.table))
     chance, less = np.zeros(len(left)), np.zeros(len(left), np.int64)
-    chance[direct.table[order]] = direct.chance[order]
+    chance[direct.table[order]] = (direct.chance * then)[order]
     less[direct.table[order]] = saved[order]
     return chance, left - np.column_stack([less, np.zeros_like(less)])
 
@@ -358,7 +365,9 @@ def values(scene: Scene, player: int, batch: RuledBatch, skills: Skills) -> Arra
     goes_on = [not after.over and not after.in_hand for after in batch.after]
     extra = extra_shots(scene, batch.after, batch.kind, batch.states)
     left = shots_left(batch.after, batch.kind, batch.states, extra)
-    chance, left = best_next(next_shots(scene, batch, goes_on), left, extra)
+    direct = next_shots(scene, batch, goes_on)
+    then = run_goes_on(_without_balls(scene), batch.after[0], direct, batch.states)
+    chance, left = best_next(direct, left, extra, then)
     found = np.zeros(len(batch.kind))
     for number, ruling in enumerate(batch.kinds):
         rows = batch.kind == number
@@ -452,7 +461,11 @@ def second_ply(
     """
     names = batch.states.names
     goes_on = [
-        not after.over and not after.in_hand and after.player == player for after in batch.after
+        not after.over
+        and not after.in_hand
+        and after.player == player
+        and len(after.object_balls) > after.game.reracked
+        for after in batch.after
     ]
     direct = next_shots(scene, batch, goes_on)
     if not len(direct):
@@ -519,5 +532,7 @@ def _values_after(
         if after[-1].object_balls:
             masks[rows] = may_pot(after[-1], ends.names)
     left = shots_left(after, kind, ends, extra)
-    chance, left = best_next(shots(scene, ends, masks), left, extra)
-    return at_table(chance, batch.after[0].game, left, skills)
+    direct, state = shots(scene, ends, masks), batch.after[0]
+    then = run_goes_on(_without_balls(scene), state, direct, ends)
+    chance, left = best_next(direct, left, extra, then)
+    return at_table(chance, state.game, left, skills)

@@ -147,4 +147,5 @@ GAME = Game(
     needs=needs,
     shared=False,
     goal=150,
+    reracked=1,
 )
