@@ -380,7 +380,7 @@ def next_shots(scene: Scene, batch: RuledBatch, kinds: Sequence[bool]) -> Direct
     """Find the direct shots that follow a batch, of the rulings that `kinds` tells."""
     masks = np.zeros(batch.states.present.shape, np.bool_)
     for number, after in enumerate(batch.after):
-        if kinds[number]:
+        if kinds[number] and after.object_balls:
             masks[batch.kind == number] = may_pot(after, batch.states.names)
     return shots(scene, batch.states, masks)
 
@@ -477,21 +477,31 @@ def second_ply(
     sigmas = scene.noise.sigmas(scene.ball.radius)
     played = play_within_noise(scene, strokes, sigmas, batch.states.take(row))
     cue = names.index(CUE_BALL)
-    potted = (
+    potted = np.flatnonzero(
         (played.pocket[np.arange(len(ball)), ball] == direct.pocket[shot])
         & (played.first_met[:, cue] == ball)
         & played.states.present[:, cue]
         & ~played.double_hit
         & ~played.miscue
     )
+    row, ball, p = row[potted], ball[potted], direct.chance[shot[potted]]
     game = batch.after[0].game
     found = first.copy()
     found[direct.table] = at_table(np.zeros(len(first)), game, left, skills)[direct.table]
-    then = _values_after(scene, batch, row, ball, potted, played.states, extra[row], skills)
-    p = direct.chance[shot]
-    value = p * then + (1.0 - p) * miss_value(game, left, skills)[row]
-    np.maximum.at(found, row[potted], value[potted])
+    if not len(row):
+        return found
+    then = values(scene, player, _after(batch, row, ball, played.states.take(potted)), skills)
+    np.maximum.at(found, row, p * then + (1.0 - p) * miss_value(game, left, skills)[row])
     return found
+
+
+def _after(
+    batch: RuledBatch, row: NDArray[np.int64], ball: NDArray[np.int64], ends: TableStates
+) -> RuledBatch:
+    """Rule on strokes after rows (n,) of a batch, each of which pots one ball (n,) as called."""
+    ways, kind = np.unique(np.column_stack([batch.kind[row], ball]), axis=0, return_inverse=True)
+    kinds = (Ruling(batch.after[i].without(ends.names[fallen])) for i, fallen in ways.tolist())
+    return RuledBatch(tuple(kinds), kind.ravel(), ends)
 
 
 def _followed(
@@ -507,32 +517,3 @@ def _followed(
     strokes[:, ELEVATION] *= 1.0 - DRAW_RAISES * np.minimum(strokes[:, B], 0.0)
     strokes[:, SPEED] = np.minimum(strokes[:, SPEED] * faster, scene.robot.speed_max)
     return shot, strokes
-
-
-def _values_after(
-    scene: Scene,
-    batch: RuledBatch,
-    row: NDArray[np.int64],
-    ball: NDArray[np.int64],
-    potted: NDArray[np.bool_],
-    ends: TableStates,
-    extra: NDArray[np.int64],
-    skills: Skills,
-) -> Array:
-    """Value what strokes that pot leave."""
-    before = batch.kind[row]
-    ways = set(zip(before[potted].tolist(), ball[potted].tolist(), strict=True))
-    after: list[State] = []
-    kind = np.full(len(before), -1)
-    masks = np.zeros(ends.present.shape, np.bool_)
-    for number, fallen in ways:
-        rows = potted & (before == number) & (ball == fallen)
-        kind[rows] = len(after)
-        after.append(batch.after[number].without(ends.names[fallen]))
-        if after[-1].object_balls:
-            masks[rows] = may_pot(after[-1], ends.names)
-    left = shots_left(after, kind, ends, extra)
-    direct, state = shots(scene, ends, masks), batch.after[0]
-    then = run_goes_on(_without_balls(scene), state, direct, ends)
-    chance, left = best_next(direct, left, extra, then)
-    return at_table(chance, state.game, left, skills)
