@@ -37,8 +37,8 @@ def record(cls: type[R]) -> type[R]:
     """
     Make a class of annotations a record: with slots, all of them zero, and with a `dtype`.
 
-    A record has the fields of the records and named tuples that its class inherits, but is no
-    subclass of these.
+    A record has the fields of all classes that its class inherits, but is no subclass of these. At
+    most one of them is a record.
     """
     kinds = get_type_hints(cls, include_extras=True)
     lines: list[str] = ['def __init__(self):']

@@ -19,6 +19,7 @@ from billiard_shot.impact.state import (
     BodyState,
     clear_results,
     components,
+    ContactLog,
     ContactProperties,
     ContactState,
     HISTORY,
@@ -31,7 +32,7 @@ from billiard_shot.impact.state import (
     workspace,
 )
 from billiard_shot.numerics import rounding
-from billiard_shot.records import as_rows, Floats, record, ROWS, Storage, Vector3
+from billiard_shot.records import as_rows, Floats, record, ROWS, Storage
 from billiard_shot.status import INFINITE_SEQUENCE, OK, TOLERANCE_NOT_REACHED
 
 MAX_SECTIONS = (HISTORY - 1) // 2  # of a cycle
@@ -195,29 +196,15 @@ def limit_of_loss(now: float, before: float, first: float, ratio: float) -> floa
 
 
 @record
-class ContactResult:
-    """Impulse, losses, slips and times of a contact after a collision."""
+class ContactResult(ContactLog):
+    """
+    A contact after a collision; its energies [J], slip [m/s] and lengths [m].
 
-    # [N s] on body a: along the normal, and along the tangents; or along x, y and z, if the
-    # bodies are those of moving_bodies.py.
-    impulse: Vector3
-    restitution_loss: float  # [J]
-    friction_loss: float  # [J]
-    final_slip: float  # [m/s] when the contact ended last
-    # If stiffnesses are in N/m^exponent: how far a tip slid on a ball until the contact ended
-    # first, and before its largest compression [m]; when it became active last, since the
-    # beginning, and how long it was active in all [s].
-    slid: float
-    slid_to_peak: float
-    began: float
-    touched: float
-    # [m] Largest distance of a ball from the cloth when a tip closed on it again.
-    lifted: float
-    # Least margin of a decision between restitution and recompression, relative to the peak of
-    # compression; infinite without a decision. Near 0, the result is close to a discontinuity.
-    discontinuity_margin: float
-    length: float  # [m] minus the distance: since the contact ended
-    closings: int  # how often the contact became active
+    Impulses [N s] are along x, y and z if the bodies are those of moving_bodies.py. The ways and
+    times [s] need stiffnesses in N/m^exponent.
+    """
+
+    length: float  # minus the distance: since the contact ended
 
 
 @record

@@ -103,8 +103,26 @@ class ContactProperties:
     damping: float
 
 
+class ContactLog:
+    """What has happened at a contact so far, for records of contacts."""
+
+    impulse: Vector3  # on body a: along the normal, and along the tangents
+    restitution_loss: float  # energy
+    friction_loss: float
+    final_slip: float  # when the contact ended last
+    slid: float  # way that the bodies slipped until the contact ended first,
+    slid_to_peak: float  # and the part of it before the largest compression
+    began: float  # time since the beginning at which the contact became active last
+    lifted: float  # largest distance of body b from its plane when the contact closed again
+    touched: float  # time that it was active in all
+    # Least margin of a decision between restitution and recompression, relative to the peak of
+    # compression; infinite without a decision. Near 0, the result is close to a discontinuity.
+    discontinuity_margin: float
+    closings: int  # how often it became active
+
+
 @record
-class ContactState(ContactProperties):
+class ContactState(ContactProperties, ContactLog):
     """
     A contact of a collision: properties, modes, the step's polynomials, results.
 
@@ -124,17 +142,6 @@ class ContactState(ContactProperties):
     negligible_compression: float  # up to which the force is negligible
     slip_dir_1: float  # unit vector of the slip
     slip_dir_2: float
-    impulse: Vector3  # on body a since the start: along the normal, and along the tangents
-    restitution_loss: float  # energy
-    friction_loss: float
-    final_slip: float  # when the contact ended last
-    slid: float  # way that the bodies slipped until the contact ended first,
-    slid_to_peak: float  # and the part of it before the largest compression
-    began: float  # time at which the contact became active last
-    lifted: float  # largest distance of body b from its plane when the contact closed again
-    touched: float  # time that it was active in all
-    discontinuity_margin: float  # least margin of a restitution decision, relative to the peak
-    closings: int  # how often it became active
     # If the bodies are those of moving_bodies.py: the axes, the distance at which the contact
     # closes next, and that at which bodies touch that are not dented.
     is_tip: bool  # whether body a is the tip of a cue

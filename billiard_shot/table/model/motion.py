@@ -64,8 +64,20 @@ class SegmentRecord:
     ball: int  # index
 
 
+class BallLog:
+    """What a ball has met so far, for records of balls."""
+
+    pocket: int  # in which it lies, or NOTHING
+    first_contact: int  # the first ball that it met, or NOTHING
+    cushions: int  # impacts with straight cushions
+    left_out: float  # m, bound of the error by hops that were left out before it met another ball
+    last_edge: float  # s, when it was last driven to a cushion or a jaw, or -inf
+    met_time: float  # s, when ball 0 met it first, or inf
+    met_after: int  # straight cushions that ball 0 had met before that
+
+
 @record
-class BallRecord(SegmentRecord):
+class BallRecord(SegmentRecord, BallLog):
     """A ball in its present segment, and what happens to it next."""
 
     end: float  # s, when the segment ends
@@ -81,14 +93,7 @@ class BallRecord(SegmentRecord):
     boundary_feature: int  # what that is, see table/motion/boundaries.py
     meeting_time: float  # s, when it meets a ball with a higher index, or inf
     meets: int  # which one, or NOTHING
-    pocket: int  # in which the ball lies, or NOTHING
-    first_contact: int  # the first ball that it met, or NOTHING
-    cushions: int  # impacts with straight cushions so far
     jaws: int  # impacts with rounded jaws before it met another ball
-    left_out: float  # m, bound of the error by hops that were left out before that
-    last_edge: float  # s, when it was last driven to a cushion or a jaw, or -inf
-    met_time: float  # s, when ball 0 met it first, or inf
-    met_after: int  # straight cushions that ball 0 had met before that
     modified: bool  # by an impact of several bodies: its next segment has to begin
     # Number of the event of such an impact that knows how the ball moves in this segment; NOTHING.
     impact: int
@@ -153,25 +158,19 @@ def stop_ball(ball: BallRecord, motion: int) -> None:
 
 
 @record
-class TableBall:
+class TableBall(BallLog):
     """
     A ball of a table at the beginning or at the end of a run.
 
-    At the beginning, the fields from `pocket` on do not count.
+    At the beginning, its time and what it has met do not count, but for `first_contact`, which may
+    be from before the run.
     """
 
     position: Vector3  # m
     velocity: Vector3  # m/s
     spin: Vector3  # rad/s
     motion: int  # Motion; at the beginning: ABSENT, or any other one
-    first_contact: int  # index of the first ball that it met, also before the run, or NOTHING
-    pocket: int  # in which it lies, or NOTHING
     time: float  # s, since when it rests or, if it never does, its last motion lasts
-    cushions: int  # straight cushions that it met; this and the next four as in `BallRecord`
-    last_edge: float
-    met_time: float
-    met_after: int
-    left_out: float
 
 
 @record
