@@ -183,6 +183,7 @@ class Sights:
 
 
 NO_SIGHTS = Sights(np.empty((0, 2)), np.empty((0, 2)))
+NO_EDGES = Edges(np.empty((0, 2)), np.empty((0, 2)), np.empty((0, 2)))
 
 
 def sight_places(at: Floats, half: Floats, away: float, height: float) -> Floats:

@@ -5,8 +5,9 @@ The cloth of cushions reaches beyond the noses, so that its outline only tells w
 nose hides a strip of the bed and throws a shadow: along it the brightness has its steepest step.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import cv2
 import numpy as np
@@ -21,11 +22,13 @@ from billiard_shot.film.lens import (
     Edges,
     fit_camera,
     Floats,
+    NO_EDGES,
     NO_SIGHTS,
     SIGHT_AWAY,
     sight_places,
     SIGHT_UP,
     Sights,
+    SIGNS,
 )
 from billiard_shot.scene import Scene
 from billiard_shot.table.run.outline import outline_of
@@ -54,8 +57,13 @@ BRIDGE = 0.08
 COLOURS = 3
 """So many frequent colours may be that of the cloth."""
 
-SEARCHES = (0.025, 0.012, 0.012)
-"""How far from where it should be an edge is sought, in turn [m]."""
+EDGES_FIRST = (0.025, 0.0), (0.012, 0.025), (0.012, 0.025)
+SIGHTS_FIRST = (0.0, 0.15), (0.025, 0.06), (0.012, 0.025), (0.012, 0.025)
+"""
+How far from their places edges of noses, and sights along the rails, are sought, in turn [m].
+
+If something hides a side, edges fit a wrong table, and only sights tell the right one.
+"""
 
 ALONG, MEAN = 90, 15
 """Lines across a nose, and the neighbours that are averaged."""
@@ -64,16 +72,25 @@ NEAR_POCKET, NEAR_CORNER = 0.12, 0.04
 """Noses nearer to the middle of a pocket, or to the end of a side, are not used [m]."""
 
 SIGHT_REACH = 0.025
-"""A sight is sought so far around its place [m]."""
+"""A sight is sought so far across the rail [m]."""
 
-LEAST_SIGHTS = 6
-"""Fewer sights are not used."""
+LEAST_SIGHTS, SURE_SIGHTS = 6, 8
+"""Fewer sights are not used, and do not tell a table by themselves."""
 
 MOST_OFF = 4.0
 """Edges and sights that are off by more median deviations do not fit."""
 
+MOST_MOVED = 0.02
+"""
+The corners of a table without sights are so near to those of the cloth [diagonal].
+
+Of rendered tables, within 0.011; if something hides a side, mostly 0.02 to 0.2.
+"""
+
 WORST_FIT = 2.5
 """Median of the errors of noses and sights that is no table [px]."""
+
+NO_FIT = 'the edges in the picture do not fit a table of this size'
 
 SIDES = ((0, 1.0), (0, -1.0), (1, 1.0), (1, -1.0))
 """Of the table: the coordinate that a nose keeps, and its sign."""
@@ -109,6 +126,11 @@ class FoundTable:
     error: float
     note: str
 
+    @property
+    def has_sights(self) -> bool:
+        """Whether so many sights fit that no other table has them."""
+        return len(self.sights.at) >= LEAST_SIGHTS
+
 
 def find_table(picture: Bytes, scene: Scene, corners: Floats | None = None) -> FoundTable:
     """
@@ -142,19 +164,105 @@ def find_table(picture: Bytes, scene: Scene, corners: Floats | None = None) -> F
         camera = replace(camera, half=half)
     except (ValueError, cv2.error) as error:
         raise NoTableError(f'no camera sees a table with these corners: {error}') from None
-    colours, holes, sights = picture.astype(np.float32), outline.holes[:, :2], NO_SIGHTS
-    for number, reach in enumerate(SEARCHES):
-        edges = _noses(colours, camera, half, outline.height, holes, reach)
-        if number > 0:
-            sights = _sights(colours, camera, half, outline.height, len(holes) > 0)
+    colours = picture.astype(np.float32)
+    table = first_with_sights(
+        partial(_fitted, colours, camera, scene, half, *how)
+        for how in ((EDGES_FIRST, 0), (SIGHTS_FIRST, SURE_SIGHTS))
+    )
+    if corners is None and not table.has_sights:
+        _check_without_sights(colours, table, scene, half, seen, ends)
+    return table
+
+
+def _check_without_sights(
+    picture: Pixels, table: FoundTable, scene: Scene, half: Floats, seen: Floats, back: Floats
+) -> None:
+    """
+    Check that corners of the cloth, and dots of the rails, do not contradict a found table.
+
+    Raises
+    ------
+    NoTableError
+        If they do.
+
+    """
+    camera, has_pockets = table.camera, len(outline_of(scene).holes) > 0
+    corners = camera.project(np.insert(SIGNS * back, 2, table.height, axis=1))
+    moved = cdist(seen, corners).min(axis=1).max() / np.linalg.norm(seen[2] - seen[0])
+    dots = _sights(picture, camera, half, table.height, has_pockets, SIGHTS_FIRST[0][1])
+    off = 0.0
+    if len(dots.at):
+        places = sight_places(dots.at, camera.half, SIGHT_AWAY, 0.0)[:, :2]
+        seen_at = camera.to_plane(dots.pixel, table.height + SIGHT_UP)
+        off = float(np.median(np.linalg.norm(seen_at - places, axis=1)))
+    if moved > MOST_MOVED or off > SIGHT_REACH:
+        raise NoTableError(
+            'the noses do not fit the sights of the rails, or the corners of the cloth: something '
+            'hides a side of the table, or its length and width are not those of the scene'
+        )
+
+
+def first_with_sights(attempts: Iterable[Callable[[], FoundTable]]) -> FoundTable:
+    """
+    Return the table of the first attempt whose sights fit, else of the first that finds one.
+
+    Raises
+    ------
+    NoTableError
+        Of the first attempt, if none finds a table.
+
+    """
+    found, errors = [], []
+    for attempt in attempts:
+        try:
+            found.append(attempt())
+        except NoTableError as error:
+            errors.append(error)
+            continue
+        if found[-1].has_sights:
+            return found[-1]
+    if not found:
+        raise errors[0]
+    return found[0]
+
+
+def _fitted(
+    picture: Pixels,
+    camera: Camera,
+    scene: Scene,
+    half: Floats,
+    searches: Sequence[tuple[float, float]],
+    least: int,
+) -> FoundTable:
+    """
+    Fit a camera, which begins at an estimate, to noses and sights that are sought in turn.
+
+    Raises
+    ------
+    NoTableError
+        If they do not fit, or fewer than the `least` number of sights.
+
+    """
+    outline = outline_of(scene)
+    holes, sights = outline.holes[:, :2], NO_SIGHTS
+    for reach, along in searches:
+        edges = NO_EDGES
+        if reach:
+            edges = _noses(picture, camera, half, outline.height, holes, reach)
+        if along:
+            sights = _sights(picture, camera, half, outline.height, len(holes) > 0, along)
+        if not len(edges.at) and not len(sights.at):
+            raise NoTableError(NO_FIT)
         camera, errors = fit_camera(camera, half, outline.height, edges, sights)
     off = np.abs(errors)
-    if not len(off) or np.median(off) > WORST_FIT:
-        raise NoTableError('the edges in the picture do not fit a table of this size')
+    if np.median(off) > WORST_FIT:
+        raise NoTableError(NO_FIT)
     kept = off < MOST_OFF * max(float(np.median(off)), 0.1)
     count, good = len(edges.at), kept[len(edges.at) :].reshape(-1, 2).all(axis=1)
     note = f'{kept[:count].sum()} of {count} points of noses, {good.sum()} sights fit'
     sights = Sights(sights.at[good], sights.pixel[good])
+    if good.sum() < least:
+        raise NoTableError(NO_FIT)
     mean = float(np.sqrt((errors[kept] ** 2).mean()))
     return FoundTable(camera, sights, outline.height, scene.ball.radius, mean, note)
 
@@ -289,7 +397,10 @@ def _noses(
         ends = np.stack([np.insert(at * camera.half, 2, height, axis=1)] * 2)
         ends[:, :, axis] += np.array([[-reach], [reach]])
         first, last = camera.project(ends)
-        count = max(int(4.0 * np.linalg.norm(last - first, axis=1).max()), 12)
+        longest = float(np.linalg.norm(last - first, axis=1).max())
+        if not longest < 0.25 * max(camera.size):
+            raise NoTableError(NO_FIT)
+        count = max(int(4.0 * longest), 12)
         lines = np.linspace(first, last, count, axis=1)
         seen = cv2.blur(_sampled(picture, lines), (3, MEAN))
         some = slice(MEAN // 2, -(MEAN // 2), MEAN // 2)
@@ -311,30 +422,37 @@ def _noses(
     return Edges(*(np.concatenate(each) for each in zip(*found, strict=True)))
 
 
-def _sights(picture: Pixels, camera: Camera, half: Floats, height: float, pockets: bool) -> Sights:
+def _sights(
+    picture: Pixels, camera: Camera, half: Floats, height: float, pockets: bool, along: float
+) -> Sights:
     """Find the dots of the rails near their places; dots that stand elsewhere are left out."""
     at = [(x, y) for x in np.arange(-3, 4) / 4 for y in (-1.0, 1.0) if x or not pockets]
     at += [(x, y) for x in (-1.0, 1.0) for y in np.arange(-1, 2) / 2]
     parts = np.array(at)
     places = sight_places(parts, camera.half, SIGHT_AWAY, height + SIGHT_UP)
-    fine = np.linspace(-SIGHT_REACH, SIGHT_REACH, 51)
-    grid = np.insert(np.stack(np.meshgrid(fine, fine), axis=-1).reshape(-1, 2), 2, 0.0, axis=1)
+    fine = [np.linspace(-reach, reach, round(2e3 * reach) + 1) for reach in (along, SIGHT_REACH)]
+    flat = np.stack(np.meshgrid(*fine), axis=-1).reshape(-1, 2)
+    is_end = np.abs(parts[:, :1, np.newaxis]) == 1.0
+    grid = np.insert(np.where(is_end, flat[:, ::-1], flat), 2, 0.0, axis=2)
     pixels = camera.project(places[:, np.newaxis] + grid)
     inside = ((pixels > 1.0) & (pixels < np.array(camera.size) - 2.0)).all(axis=(1, 2))
     if inside.sum() < LEAST_SIGHTS:
         return NO_SIGHTS
-    parts, places, patch = parts[inside], places[inside], _sampled(picture, pixels[inside])
+    parts, places, grid = parts[inside], places[inside], grid[inside]
+    patch = _sampled(picture, pixels[inside])
     apart = np.linalg.norm(patch - np.median(patch, axis=1, keepdims=True), axis=-1)
     top = apart.max(axis=1, keepdims=True)
-    far = cdist(grid[apart.argmax(axis=1)], grid)
+    peak = np.take_along_axis(grid, apart.argmax(axis=1)[:, np.newaxis, np.newaxis], axis=1)
+    far = np.linalg.norm(grid - peak, axis=2)
     dots = np.where(far < 0.012, np.maximum(apart - 0.4 * top, 1e-9), 0.0)
     rings = np.where((far > 0.012) & (far < 0.016), apart, np.nan)
-    offsets = dots @ grid / dots.sum(axis=1, keepdims=True)
+    offsets = (dots[..., np.newaxis] * grid).sum(axis=1) / dots.sum(axis=1, keepdims=True)
     outwards = (offsets[:, :2] * parts)[np.abs(parts) == 1.0]
     sideways = np.abs(offsets[:, :2][np.abs(parts) < 1.0])
     good = (top.ravel() > 20.0) & (np.nanmedian(rings, axis=1) < 0.4 * top.ravel())
     usual = np.median(outwards[good]) if good.any() else 0.0
-    good &= (np.abs(outwards - usual) < 0.006) & (sideways < 0.008)
+    if along == SIGHT_REACH:
+        good &= (np.abs(outwards - usual) < 0.006) & (sideways < 0.008)
     if good.sum() < LEAST_SIGHTS:
         return NO_SIGHTS
     return Sights(parts[good], camera.project((places + offsets)[good]))

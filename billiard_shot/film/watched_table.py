@@ -7,6 +7,7 @@ balls where it differs from the cloth; the colours of the last seconds tell thei
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,7 @@ from billiard_shot.film.drawing import outlined
 from billiard_shot.film.kinds import likely_names
 from billiard_shot.film.lens import Bytes, Camera, Floats
 from billiard_shot.film.reading import Steady
-from billiard_shot.film.table_in_picture import find_table
+from billiard_shot.film.table_in_picture import find_table, first_with_sights
 from billiard_shot.film.tracks import Tracker
 from billiard_shot.scene import Scene
 
@@ -87,7 +88,9 @@ class WatchedTable:
         turned: bool = False,
     ) -> None:
         middle = np.median(pictures, axis=0).astype(np.uint8)
-        self.table = find_table(middle, scene, corners)
+        self.table = first_with_sights(
+            partial(find_table, picture, scene, corners) for picture in (middle, *pictures)
+        )
         if turned:
             self.table = replace(self.table, camera=self.table.camera.turned)
         self._names, self.tracker = names, Tracker()

@@ -7,7 +7,19 @@ import av
 import cv2
 import numpy as np
 import pytest
-from rendered import filmed, Filming, Motion, OBLIQUE, OVERHEAD, Painter, Placed, View, write_film
+import rendered
+from rendered import (
+    filmed,
+    Filming,
+    LAMPS,
+    Motion,
+    OBLIQUE,
+    OVERHEAD,
+    Painter,
+    Placed,
+    View,
+    write_film,
+)
 
 from billiard_shot import Scene
 from billiard_shot.calibration.reader import read_recording
@@ -163,6 +175,50 @@ def test_a_table_is_found_as_broadcasts_show_it(view, change, most):
     seen = table.camera.to_plane(pixels, scene.ball.radius)
     turned = np.sign(seen[-1, 0])  # which end is the foot is not seen
     np.testing.assert_allclose(turned * seen, at, atol=most)
+
+
+def leaned_over(picture, view, part):
+    """Someone hides so large a part of the table, at its end that is far from the camera."""
+    far = np.array([[x, y, 0.2] for x, y in ((0, -1), (0, 1), (1, 1), (1, -1))])
+    far[:, 0] = 1.27 * (1.0 - 2.0 * part) + far[:, 0] * (2.54 * part + 0.5)
+    far[:, 1] *= 0.9
+    body = np.round(view.pixel(far)).astype(int)
+    return cv2.fillPoly(picture.copy(), [body], (70, 60, 75), cv2.LINE_AA)
+
+
+@pytest.mark.parametrize('cloth', ['pool', 'green'])
+def test_a_table_with_a_hidden_side_is_refused_or_found_in_another_picture(cloth):
+    """Its other noses fit a shorter table, whose sights are elsewhere."""
+    scene = Scene.load('pool_table')
+    picture = still('pool_table', view=BEHIND, cloth=cloth)
+    hidden = leaned_over(picture, BEHIND, 0.33)
+    with pytest.raises(NoTableError, match='hides a side'):
+        find_table(hidden, scene)
+    with pytest.raises(NoTableError, match='hides a side'):
+        WatchedTable([hidden] * 3, scene, ['8'])
+    watched = WatchedTable([hidden] * 3 + [picture], scene, ['8'])
+    assert len(watched.table.sights.at) == 18
+
+
+def test_a_table_without_sights_is_found(monkeypatch):
+    monkeypatch.setattr(rendered, 'SIGHT', rendered.WOOD)
+    lamps = (*LAMPS, (0.0, 0.0, 3.0))  # no other test has them: backgrounds are kept
+    table = find_table(still('pool_table', cloth='green', lamps=lamps), Scene.load('pool_table'))
+    assert not table.has_sights
+    np.testing.assert_allclose(table.camera.place[:2], SMALL.place[:2], atol=0.05)
+
+
+def test_sights_find_a_table_if_something_covers_a_nose():
+    """A cue and an arm lie along the far long side: the cloth ends at them."""
+    scene, view = Scene.load('pool_table'), SMALL_OBLIQUE
+    picture = still('pool_table', view=view, cloth='green')
+    cover = np.insert([[-1.6, 0.55], [1.6, 0.62], [1.6, 0.9], [-1.6, 0.83]], 2, 0.1, axis=1)
+    cv2.fillPoly(picture, [np.round(view.pixel(cover)).astype(int)], (70, 60, 75), cv2.LINE_AA)
+    table = find_table(picture, scene)
+    assert 8 <= len(table.sights.at) < 14
+    at = np.stack(np.meshgrid([-1.1, 0.0, 1.1], [-0.5, 0.0, 0.5]), -1).reshape(-1, 2)
+    pixels = view.pixel(np.insert(at, 2, scene.ball.radius, axis=1))
+    np.testing.assert_allclose(table.camera.to_plane(pixels, scene.ball.radius), at, atol=5e-3)
 
 
 def test_balls_that_touch_are_two():
