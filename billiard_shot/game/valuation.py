@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from billiard_shot.game.next_rack import run_goes_on
+from billiard_shot.game.next_rack import LEAST, run_goes_on
 from billiard_shot.game.referee import settled
 from billiard_shot.game.state import Call, Game, Outcome, Ruling, State
 from billiard_shot.planning.plan import cue_ball_at, places_all_over
@@ -321,16 +321,16 @@ def at_table(chance: Array, game: Game, left: NDArray[np.int64], skills: Skills)
     """
     mine, others = left.T
     rest = np.maximum(mine - 1, 0)
+    cleared = LEAST if game.reracked else 1.0  # no ball is left that breaks the next rack
     if game.players == 1:
-        return np.where(mine > 0, chance * skills.own**rest, 1.0)
+        return np.where(mine > 0, chance * skills.own**rest, cleared)
     won, lost = (win_probabilities(game.shared, each) for each in (skills, skills.swapped))
     theirs = lost[np.maximum(others - 1, 0), rest if game.shared else mine]
     potted = AFTER_SAFETY * skills.other / SHOT
     safety = potted * (1.0 - theirs) + (1.0 - potted) * won[mine, others]
     pot = chance * won[rest, rest if game.shared else others]
-    return np.where(
-        mine > 0, np.maximum(pot + (1.0 - chance) * miss_value(game, left, skills), safety), 1.0
-    )
+    played = np.maximum(pot + (1.0 - chance) * miss_value(game, left, skills), safety)
+    return np.where(mine > 0, played, cleared)
 
 
 def miss_value(game: Game, left: NDArray[np.int64], skills: Skills) -> Array:

@@ -12,6 +12,7 @@ from billiard_shot.game.next_rack import BLOCKED, into_rack, LEAST, run_goes_on
 from billiard_shot.game.rack import scene_of
 from billiard_shot.game.state import find_game
 from billiard_shot.game.strokes import direct_shots, placed
+from billiard_shot.game.valuation import at_table, EQUAL
 from billiard_shot.table.run.results import POCKET_NAMES
 
 SCENE = Scene.load('pool_table')
@@ -68,6 +69,14 @@ def test_where_no_rack_follows_the_balls_that_are_left_do_not_count():
     wins = replace(state_of(**TWO), target=20, scores=(18, 0))
     assert chances(wins) == chances(state_of(find_game('practice'), **TWO)) == {'1': 1, '2': 1}
     assert chances(replace(wins, scores=(17, 0))) == chances(state_of(**TWO))
+
+
+@pytest.mark.parametrize('game', ['straight_pool', 'straight_pool_ghost'])
+def test_without_a_ball_that_is_left_a_rack_is_hard_to_break(game):
+    """It was worth as much as a rack that is won."""
+    worth = at_table(np.zeros(2), find_game(game), np.array([[0, 1], [0, 0]]), EQUAL)
+    assert worth.tolist() == [LEAST, LEAST]
+    assert at_table(np.zeros(1), find_game('practice'), np.array([[0, 0]]), EQUAL) == 1.0
 
 
 def test_the_player_keeps_the_ball_beside_the_rack():
