@@ -83,12 +83,6 @@ class Path:
         weight = max(1.0 / len(self.seen), 0.05)
         self.colour = self.colour + weight * (sight['colour'] - self.colour)
 
-    def expected(self, time: float) -> Floats:
-        """Return where the ball is expected [m]."""
-        since = min(time - self.seen[-1]['time'], LONGEST_GUESS)
-        place: Floats = self.seen[-1]['place'] + self.velocity * since
-        return place
-
 
 class Tracker:
     """
@@ -117,7 +111,7 @@ class Tracker:
     def add(self, seen: Seen, time: float) -> None:
         """Add the balls of a picture of a time [s], each of which has its own time."""
         paths = self._alive(time)
-        costs = self._costs(paths, seen, time)
+        costs = self._costs(paths, seen)
         rows, columns = linear_sum_assignment(np.minimum(costs, 1e6))
         matched = [(i, k) for i, k in zip(rows, columns, strict=True) if np.isfinite(costs[i, k])]
         for (i, k), (j, m) in combinations(matched, 2):
@@ -136,20 +130,22 @@ class Tracker:
         for path in self.paths:
             path.seen = [sight for sight in path.seen if sight['time'] >= before]
 
-    def _costs(self, paths: list[Path], seen: Seen, time: float) -> Floats:
+    def _costs(self, paths: list[Path], seen: Seen) -> Floats:
         """Return the costs (paths, balls) of matches; infinite ones cannot be."""
         if not paths or not len(seen):
             return np.empty((len(paths), len(seen)))
-        since = np.array([[time - path.seen[-1]['time']] for path in paths])
-        expected = np.array([path.expected(time) for path in paths])
+        last_time = np.array([[path.seen[-1]['time']] for path in paths])
+        since = np.minimum(seen['time'] - last_time, LONGEST_GUESS)
+        velocity = np.array([path.velocity for path in paths])
         speed = np.array([[np.linalg.norm(path.velocity)] for path in paths])
         last = np.array([path.seen[-1]['place'] for path in paths])
         colours = np.array([path.colour for path in paths])
-        off = np.linalg.norm(seen['place'] - expected[:, np.newaxis], axis=-1)
-        way = np.linalg.norm(seen['place'] - last[:, np.newaxis], axis=-1)
+        ways = seen['place'] - last[:, np.newaxis]
+        expected = velocity[:, np.newaxis] * since[..., np.newaxis]
+        off, way = np.linalg.norm(ways - expected, axis=-1), np.linalg.norm(ways, axis=-1)
         other = np.linalg.norm(seen['colour'] - colours[:, np.newaxis], axis=-1) / COLOUR
-        far = off / (NEAR + TURN * speed * np.minimum(since, LONGEST_GUESS))
-        reach = GATE + FASTEST * np.minimum(since, LONGEST_GUESS)
+        far = off / (NEAR + TURN * speed * since)
+        reach = GATE + FASTEST * since
         costs: Floats = np.minimum(far**2, MOST_FAR) + 2.0 * other**2 + 20.0 * off
         costs[(way > reach) | (other > MOST_COLOURS)] = np.inf
         return costs
