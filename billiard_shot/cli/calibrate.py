@@ -22,6 +22,7 @@ from billiard_shot.pictures.view import write_text
 from billiard_shot.scene import Scene
 from billiard_shot.scene.errors import must_be
 from billiard_shot.scene.fields import number
+from billiard_shot.table.run.results import plural
 
 ESTIMATES = (
     output.Column('name', 'number'),
@@ -305,7 +306,8 @@ def run_film(options: argparse.Namespace) -> int:
         return output.FAILED
     write_csv(result.recording, options.output)
     write_text(about, f'scene: {options.scene}\n')
-    print(f'{len(result.recording.shots)} shots in {options.output}; what was found: {page}')
+    shots = plural(len(result.recording.shots), 'shot')
+    print(f'{shots} in {options.output}; what was found: {page}')
     return output.DONE
 
 
@@ -349,7 +351,7 @@ def run_convert(options: argparse.Namespace) -> int:
     write_csv(recording, options.output)
     for text in recording.ignored:
         print(f'ignored: {text}')
-    print(f'{len(recording.shots)} shots in {options.output}')
+    print(f'{plural(len(recording.shots), "shot")} in {options.output}')
     return output.DONE
 
 

@@ -14,9 +14,15 @@ from billiard_shot.film.film import FilmResult, Shot
 from billiard_shot.film.lens import Bytes
 from billiard_shot.pictures.calibration import styled_page
 from billiard_shot.pictures.view import write_text
+from billiard_shot.table.run.results import plural
 
 WIDEST, QUALITY = 1280, 80
 """Largest width of a picture [px], and its quality."""
+
+CLICKED = (
+    ' at which their lines cross, and give the command this option: '
+    '<code id="option">--corners</code>'
+)
 
 GAP = 0.1
 """Between sights that are farther apart, a track is not drawn [s]."""
@@ -26,12 +32,15 @@ def write_page(result: FilmResult, path: Path) -> None:
     """Write the page of a film."""
     errors = f'errors of noses and sights: {result.table.error:.2f} px (root mean square)'
     first = outlined(result.pictures[0][1], result.table, {})
+    counts = (plural(len(result.recording.shots), 'shot'), plural(len(result.balls), 'ball'))
     parts = [
         f'<h1>What was found in {escape(Path(result.recording.name).name)}</h1>',
-        f'<p>{len(result.recording.shots)} shots, {len(result.balls)} balls.</p>',
+        f'<p>{", ".join(counts)}.</p>',
         '<h2>What was noticed, and what was given up</h2><ul>',
         *(f'<li>{escape(text)}</li>' for text in (errors, *result.notes)),
         '</ul>',
+        '<h2>The table</h2><p>Yellow: the noses of the cushions. If they are elsewhere, click on '
+        f'the four corners{CLICKED}</p>',
     ]
     shots = [_figure(*drawn(result, shot)) for shot in result.shots]
     _write(path, parts, first, ['<h2>Shots</h2>', *shots])
@@ -40,17 +49,13 @@ def write_page(result: FilmResult, path: Path) -> None:
 def write_corner_page(picture: Bytes, why: str, path: Path) -> None:
     """Write a page that only asks for the corners."""
     warning = f'<p class="warning">{escape(why)}</p>'
-    _write(path, ['<h1>The table was not found</h1>', warning], picture)
+    asked = f'<h2>The table</h2><p>Click on the four corners of the noses{CLICKED}</p>'
+    _write(path, ['<h1>The table was not found</h1>', warning, asked], picture)
 
 
 def _write(path: Path, parts: Sequence[str], picture: Bytes, shots: Sequence[str] = ()) -> None:
     own = (files('billiard_shot.pictures') / 'page' / 'film.html').read_text(encoding='utf-8')
-    corners = (
-        '<h2>The table</h2><p>Yellow: the noses of the cushions. If they are elsewhere, click on '
-        'the four corners at which their lines cross, and give the command this option: '
-        '<code id="option">--corners</code></p>'
-    )
-    corners += _figure(picture, '', 'id="corners" ')
+    corners = _figure(picture, '', 'id="corners" ')
     write_text(path, styled_page([*parts, corners, *shots, own]))
 
 

@@ -240,7 +240,7 @@ def test_a_recording_is_converted(tmp_path, capsys):
     given, written = tmp_path / 'shots.json', tmp_path / 'shots.csv'
     given.write_text(JSON)
     assert main(['calibrate', 'convert', str(given), '-o', str(written)]) == DONE
-    assert capsys.readouterr().out == f'1 shots in {written}\n'
+    assert capsys.readouterr().out == f'1 shot in {written}\n'
     (shot,) = read_recording(written).shots
     assert shot.tracks['1'].place[:, 0].tolist() == [0.0, 0.02, 0.04]
 
