@@ -152,7 +152,9 @@ def in_words(fouls: tuple[Foul, ...], otherwise: str) -> str:
 
 def falls_in_words(outcome: Outcome) -> str:
     """Say which object balls fall."""
-    return f'{", ".join(outcome.fallen)} falls' if outcome.fallen else 'no ball falls'
+    if len(outcome.fallen) > 1:
+        return f'{", ".join(outcome.fallen)} fall'
+    return f'{outcome.fallen[0]} falls' if outcome.fallen else 'no ball falls'
 
 
 SPOT_GAP = 1e-4  # m: a spotted ball must not touch the cue ball (WPA 1.4)

@@ -24,7 +24,7 @@ from billiard_shot.game import (
     State,
 )
 from billiard_shot.game.rack import scene_of
-from billiard_shot.game.referee import spotted
+from billiard_shot.game.referee import falls_in_words, spotted
 from billiard_shot.game.state import CHOICES, GROUPS, IN_HAND, PHASES
 from billiard_shot.game.typed import MOVED, possible_rulings, ShotReport, told_outcome
 from billiard_shot.game.valuation import rule_on
@@ -521,3 +521,11 @@ def test_any_state_goes_on(state, data):
         or ('cue' in ruling.state.balls)
     )
     assert judge(state, call, None).fouls
+
+
+@pytest.mark.parametrize(
+    ('balls', 'said'), [((), 'no ball falls'), (('3',), '3 falls'), (('3', '6'), '3, 6 fall')]
+)
+def test_the_balls_that_fall_are_said(balls, said):
+    outcome = Outcome(pocketed=tuple((ball, 'foot_left') for ball in balls))
+    assert falls_in_words(outcome) == said

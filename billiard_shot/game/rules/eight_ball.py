@@ -6,9 +6,16 @@ Numbers of rules are those of that edition. Three consecutive fouls have no pena
 
 from functools import partial
 
-from billiard_shot.game.referee import after_shot, in_words, rack_of, standard_fouls
+from billiard_shot.game.referee import (
+    after_shot,
+    falls_in_words,
+    in_words,
+    rack_of,
+    standard_fouls,
+)
 from billiard_shot.game.state import Call, Game, Outcome, Ruling, State
 from billiard_shot.scene.placement import CUE_BALL
+from billiard_shot.table.run.results import plural
 
 SOLIDS = tuple(str(ball) for ball in range(1, 8))
 STRIPES = tuple(str(ball) for ball in range(9, 16))
@@ -85,14 +92,14 @@ def _break(state: State, outcome: Outcome) -> Ruling:
     in_hand = 'kitchen' if outcome.scratched or outcome.refused else ''
     choices: tuple[str, ...] = ()
     keeps = bool(outcome.fallen)
-    text = f'the break is legal, {len(outcome.fallen)} balls fall'
+    text = f'the break is legal, {falls_in_words(outcome)}'
     if '8' in outcome.gone:
         # The 8 goes back, or the player at the table breaks again.
         keeps, choices, text = legal, ('accept', 'break'), 'the 8 falls in the break'
         in_hand = 'kitchen' if fouls else ''
     elif not legal:
         choices = ('accept', 'break', 'rebreak')
-        text = f'3.3: no legal break, {len(driven)} balls driven to cushions'
+        text = f'3.3: no legal break, {plural(len(driven), "ball")} driven to cushions'
     elif fouls and not in_hand:
         choices = ('accept', 'kitchen')
     after = after_shot(state, fouls, keeps=keeps, in_hand=in_hand, choices=choices)

@@ -9,6 +9,7 @@ from functools import partial
 from billiard_shot.game import referee
 from billiard_shot.game.state import Call, Foul, Game, Outcome, Ruling, State
 from billiard_shot.scene.placement import CUE_BALL
+from billiard_shot.table.run.results import plural
 
 DRIVEN_IN_BREAK = 4  # object balls that a break without a pot has to drive to cushions (2.3)
 FOULS_THAT_LOSE = 3  # consecutive fouls (2.8, 6.14)
@@ -33,7 +34,7 @@ def rotation_fouls(
     fouls = referee.standard_fouls(state, outcome, first, rail=not (pushes or breaks))
     driven = (outcome.to_cushion | outcome.gone) - {CUE_BALL}
     if breaks and not outcome.fallen and len(driven) < DRIVEN_IN_BREAK:
-        fouls += (Foul(break_rule, f'the break drives {len(driven)} balls to cushions'),)
+        fouls += (Foul(break_rule, f'the break drives {plural(len(driven), "ball")} to cushions'),)
     return fouls
 
 
