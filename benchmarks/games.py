@@ -70,7 +70,8 @@ ABLATION = {
         ('no-leave', 'player:plies=0'),
     )
 }
-HEADING = '## Another simulator\n'  # of a section that arena.py writes
+# What stands between them on the page is not written here: trials by hand, and the arena.
+KEPT, STATED = '## Trials\n', '## Stated and measured chances'
 SERIES = PRACTICE | GAMES | GHOST | ABLATION
 
 
@@ -261,29 +262,10 @@ def as_page(racks):
                 f'| `{SERIES[key].players[0]}` | {share(player["wins"], len(racks[key]))} | '
                 f'{times(player)} |'
             )
-    other = (DOCS / 'games.md').read_text('utf-8').partition(HEADING)[2].partition('\n## ')[0]
+    kept = (DOCS / 'games.md').read_text('utf-8').partition(KEPT)[2].partition(STATED)[0]
     lines += [
         '',
-        'In 8 states the chosen stroke wins in 57.7 % with half the effort, in 60.1 % with the',
-        'usual one, in 60.7 and 62.9 % with twice and four times as much.',
-        '',
-        'In straight pool, on a nine-foot table, the mean run of 12 was 26.0 balls (1 to 57);',
-        'without the value of the next rack it was 12.8 (2 to 29). The last ball of a rack and',
-        'the next one fell in 14 of 19, without it in 2 of 9. With half the effort the mean of',
-        '24 was 19.4, not 12.7.',
-        'In [another simulator](#another-simulator) the usual effort won 87 of 100 racks.',
-        '',
-        'Tried for the value of an end state, by its correlation with a full search in 110',
-        'states: room for the cue of draw strokes, .69 to .77; side spin beside it .77, 20',
-        'speeds and heights of the tip .76, 8 errors at 8 times the cost .80; hard balls as',
-        'several shots, .83 to .86. Tried for the player, without a sure gain: the next rack of',
-        'straight pool on the table; three times the work for its breaks; a second round of',
-        'variations (it won 20 of 30 racks against the nine-ball ghost, 22 without); a third shot',
-        'ahead (58 % of 125 ends of eight-ball were won, 54 % without, ± 3.5; 1.4 times the CPU',
-        'time).',
-        '',
-        HEADING + other,
-        '## Stated and measured chances',
+        KEPT + kept + STATED,
         '',
         'Shots of these racks, by deciles of the stated chance to keep the turn, if a decile',
         f'has {FEW} shots or more. The last column: the same strokes with {AGAIN} new errors',
