@@ -198,6 +198,7 @@ def test_a_table_with_a_hidden_side_is_refused_or_found_in_another_picture(cloth
         WatchedTable([hidden] * 3, scene, ['8'])
     watched = WatchedTable([hidden] * 3 + [picture], scene, ['8'])
     assert len(watched.table.sights.at) == 18
+    assert 'off by centimetres' not in watched.table.note
 
 
 def test_a_table_without_sights_is_found(monkeypatch):
@@ -216,6 +217,7 @@ def test_sights_find_a_table_if_something_covers_a_nose():
     cv2.fillPoly(picture, [np.round(view.pixel(cover)).astype(int)], (70, 60, 75), cv2.LINE_AA)
     table = find_table(picture, scene)
     assert 8 <= len(table.sights.at) < 14
+    assert 'off by centimetres' in table.note
     at = np.stack(np.meshgrid([-1.1, 0.0, 1.1], [-0.5, 0.0, 0.5]), -1).reshape(-1, 2)
     pixels = view.pixel(np.insert(at, 2, scene.ball.radius, axis=1))
     np.testing.assert_allclose(table.camera.to_plane(pixels, scene.ball.radius), at, atol=5e-3)
