@@ -12,7 +12,7 @@ import numpy as np
 
 from billiard_shot.game.referee import start
 from billiard_shot.game.state import Game, State
-from billiard_shot.planning.plan import cue_ball_at, places_all_over
+from billiard_shot.planning.plan import cue_ball_all_over
 from billiard_shot.planning.shots import DirectShots, shots
 from billiard_shot.records import Array
 from billiard_shot.scene import Scene
@@ -140,9 +140,7 @@ def _from_good_places(scene: Scene, game: Game, along: int, aside: int) -> float
     if np.hypot(*(rack - place).T).min() < reach:
         return LEAST
     lying = {ball: place, **dict(zip(others, rack, strict=False))}
-    places = places_all_over(racked, 'anywhere')[:PLACES]
-    away = np.hypot(*(places[:, np.newaxis] - np.array([*lying.values()])).T).min(axis=0)
-    tables = cue_ball_at(places[away > reach], lying, racked.radius)
+    tables = cue_ball_all_over(racked, lying, racked.radius, PLACES)
     direct, best = shots(scene, tables, [ball]), np.zeros(PLACES)
     np.maximum.at(best, direct.table, direct.chance * into_rack(racked, direct, tables))
     return float(np.sort(best)[-BEST:].mean())

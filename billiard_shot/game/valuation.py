@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from billiard_shot.game.next_rack import LEAST, run_goes_on
 from billiard_shot.game.referee import settled
 from billiard_shot.game.state import Call, Game, Outcome, Ruling, State
-from billiard_shot.planning.plan import cue_ball_at, places_all_over
+from billiard_shot.planning.plan import cue_ball_all_over
 from billiard_shot.planning.shots import DirectShots, shots
 from billiard_shot.planning.within_noise import play_within_noise
 from billiard_shot.records import Array
@@ -253,10 +253,7 @@ def _extra_of(
     """Count the shots that some of the balls on a table cost beside their own."""
     if not wanted:
         return []
-    balls = np.array([place for _, place in lying])
-    places = places_all_over(scene.table, 'anywhere')[:PLACES]
-    away = np.hypot(*(places[:, np.newaxis] - balls).T).min(axis=0)
-    tables = cue_ball_at(places[away > 2.0 * scene.ball.radius], dict(lying), scene.ball.radius)
+    tables = cue_ball_all_over(scene.table, dict(lying), scene.ball.radius, PLACES)
     direct = shots(scene, tables, wanted)
     chance = np.zeros((len(direct.names), direct.tables))
     np.maximum.at(chance, (direct.ball, direct.table), direct.chance)

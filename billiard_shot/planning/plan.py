@@ -149,6 +149,15 @@ def places_all_over(table: Any, place: str) -> Array:
     return points
 
 
+def cue_ball_all_over(
+    table: Any, others: Mapping[str, Place], radius: float, count: int
+) -> TableStates:
+    """Make tables with the cue ball at the first places (count) all over that are free."""
+    places = places_all_over(table, 'anywhere')[:count]
+    away = np.hypot(*(places[:, np.newaxis] - np.array([*others.values()])).T).min(axis=0)
+    return cue_ball_at(places[away > 2.0 * radius], others, radius)
+
+
 NARROW = 0.1  # width of the interval of a best stroke that may be called converged
 USUAL_SECONDS = 1.0  # s: time of a search for which somebody waits
 PLACES_TRIED = 4  # of a cue ball in hand, for breaks and if it has to come to rest at a place
