@@ -19,11 +19,6 @@ from billiard_shot.table.run.results import plural
 WIDEST, QUALITY = 1280, 80
 """Largest width of a picture [px], and its quality."""
 
-CLICKED = (
-    ' at which their lines cross, and give the command this option: '
-    '<code id="option">--corners</code>'
-)
-
 GAP = 0.1
 """Between sights that are farther apart, a track is not drawn [s]."""
 
@@ -39,24 +34,29 @@ def write_page(result: FilmResult, path: Path) -> None:
         '<h2>What was noticed, and what was given up</h2><ul>',
         *(f'<li>{escape(text)}</li>' for text in (errors, *result.notes)),
         '</ul>',
-        '<h2>The table</h2><p>Yellow: the noses of the cushions. If they are elsewhere, click on '
-        f'the four corners{CLICKED}</p>',
     ]
+    asked = 'Yellow: the noses of the cushions. If they are elsewhere, click on the four corners'
     shots = [_figure(*drawn(result, shot)) for shot in result.shots]
-    _write(path, parts, first, ['<h2>Shots</h2>', *shots])
+    _write(path, parts, asked, first, ['<h2>Shots</h2>', *shots])
 
 
 def write_corner_page(picture: Bytes, why: str, path: Path) -> None:
     """Write a page that only asks for the corners."""
     warning = f'<p class="warning">{escape(why)}</p>'
-    asked = f'<h2>The table</h2><p>Click on the four corners of the noses{CLICKED}</p>'
-    _write(path, ['<h1>The table was not found</h1>', warning, asked], picture)
+    asked = 'Click on the four corners of the noses'
+    _write(path, ['<h1>The table was not found</h1>', warning], asked, picture)
 
 
-def _write(path: Path, parts: Sequence[str], picture: Bytes, shots: Sequence[str] = ()) -> None:
+def _write(
+    path: Path, parts: Sequence[str], asked: str, picture: Bytes, shots: Sequence[str] = ()
+) -> None:
     own = (files('billiard_shot.pictures') / 'page' / 'film.html').read_text(encoding='utf-8')
+    table = (
+        f'<h2>The table</h2><p>{asked} at which their lines cross, and give the command this '
+        'option: <code id="option">--corners</code></p>'
+    )
     corners = _figure(picture, '', 'id="corners" ')
-    write_text(path, styled_page([*parts, corners, *shots, own]))
+    write_text(path, styled_page([*parts, table, corners, *shots, own]))
 
 
 def drawn(result: FilmResult, shot: Shot) -> tuple[Bytes, str]:

@@ -137,7 +137,7 @@ class Tracker:
         last_time = np.array([[path.seen[-1]['time']] for path in paths])
         since = np.minimum(seen['time'] - last_time, LONGEST_GUESS)
         velocity = np.array([path.velocity for path in paths])
-        speed = np.array([[np.linalg.norm(path.velocity)] for path in paths])
+        speed = np.array([[np.linalg.norm(each)] for each in velocity])
         last = np.array([path.seen[-1]['place'] for path in paths])
         colours = np.array([path.colour for path in paths])
         ways = seen['place'] - last[:, np.newaxis]
