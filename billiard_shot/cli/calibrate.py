@@ -307,7 +307,7 @@ def run_film(options: argparse.Namespace) -> int:
     write_csv(result.recording, options.output)
     write_text(about, f'scene: {options.scene}\n')
     shots = plural(len(result.recording.shots), 'shot')
-    print(f'{shots} in {options.output}; what was found: {page}')
+    print(f'{shots} in {options.output}; the table and the tracks: {page}')
     return output.DONE
 
 

@@ -133,7 +133,7 @@ class FoundTable:
 
     @property
     def has_sights(self) -> bool:
-        """Whether so many sights fit that no other table has them."""
+        """Whether so many sights fit that they are used."""
         return len(self.sights.at) >= LEAST_SIGHTS
 
 

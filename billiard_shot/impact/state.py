@@ -104,7 +104,7 @@ class ContactProperties:
 
 
 class ContactLog:
-    """What has happened at a contact so far, for records of contacts."""
+    """Impulse, losses, ways and times of a contact until now: fields of its records."""
 
     impulse: Vector3  # on body a: along the normal, and along the tangents
     restitution_loss: float  # energy

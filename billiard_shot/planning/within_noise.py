@@ -449,7 +449,7 @@ def play_within_noise(
     sigmas : (5,) float array
         Standard deviations of a, b (ball radii), elevation, azimuth (rad) and speed (m/s).
     tables, workers
-        As of `play`.
+        As of `play_strokes`.
 
     """
     prepared = play.prepared_scene(scene)

@@ -85,7 +85,7 @@ def test_a_hidden_ball_keeps_its_track():
 
 
 def test_rows_may_be_read_for_longer_than_a_picture_lasts():
-    """The same row of the next picture is read later than that of the last one all the same."""
+    """Each row is read later than the same row of the picture before."""
     ways = [lambda t: (-0.5 + 2.0 * t, 0.1), lambda t: (0.3, -0.6)]
     tracker = tracked(ways, [WHITE, RED], np.arange(0.0, 0.3, 1 / 240), readout=0.012)
     assert len(tracker.paths) == 2

@@ -65,7 +65,7 @@ class SegmentRecord:
 
 
 class BallLog:
-    """What a ball has met so far, for records of balls."""
+    """Balls, cushions and pocket that a ball has met until now: fields of its records."""
 
     pocket: int  # in which it lies, or NOTHING
     first_contact: int  # the first ball that it met, or NOTHING
@@ -162,8 +162,8 @@ class TableBall(BallLog):
     """
     A ball of a table at the beginning or at the end of a run.
 
-    At the beginning, its time and what it has met do not count, but for `first_contact`, which may
-    be from before the run.
+    At the beginning, `time` and the fields of `BallLog` do not count. An exception is
+    `first_contact`: the ball may have met another one before the run.
     """
 
     position: Vector3  # m
